@@ -267,7 +267,7 @@ def master(folder: Path, port: int | None = None) -> Iterator[Master]:
     running = Master(port or free_port())
     env = plain_environment(**running.environment, ROS_HOME=str(folder), ROS_LOG_DIR=str(folder))
     command = ["roscore", "-p", str(running.port)]
-    with _process(command, env, folder / "roscore.log") as process:
+    with running_process(command, env, folder / "roscore.log") as process:
         await_condition(
             lambda: process.poll() is not None or running.answers(), f"a master on {running.uri}"
         )
@@ -276,7 +276,7 @@ def master(folder: Path, port: int | None = None) -> Iterator[Master]:
 
 
 @contextlib.contextmanager
-def _process(
+def running_process(
     command: list[str], env: Mapping[str, str], log: Path
 ) -> Iterator[subprocess.Popen[bytes]]:
     with log.open("wb") as output:
@@ -394,7 +394,7 @@ class Workspace:
         """
         self._started += 1
         log = self.folder / "log" / f"started-{os.getpid()}-{self._started}.log"
-        with _process(list(command), self.environment(space, master), log) as process:
+        with running_process(list(command), self.environment(space, master), log) as process:
             process.log = log  # type: ignore[attr-defined]
             yield process
 

@@ -24,7 +24,8 @@ from emit.generated_code import controller_class
 from ros_support import EXAMPLES, REPOSITORY, await_condition
 
 from robosc import pipeline
-from robosc.model.entities import Communication, Kind, Robot
+from robosc.language.events import Kind
+from robosc.model.entities import Communication, Robot
 from robosc.runtime.calls import Failure
 from robosc.runtime.commanding import controller_engine
 from robosc.runtime.port import Port

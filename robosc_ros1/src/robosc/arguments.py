@@ -5,11 +5,25 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import get_args
+from typing import TypeAlias, get_args
 
-from robosc.codes import CODES
+from robosc import codes, pipeline
 from robosc.emit.package.package import Mode
-from robosc.pipeline import Target
+
+_Parser: TypeAlias = "argparse.ArgumentParser | argparse._MutuallyExclusiveGroup"
+
+
+def _flag(parser: _Parser, name: str, text: str) -> None:
+    parser.add_argument(name, action="store_true", help=text)
+
+
+def _path(parser: _Parser, name: str, text: str, metavar: str = "FILE") -> None:
+    parser.add_argument(name, metavar=metavar, type=Path, help=text)
+
+
+def _several(parser: _Parser, name: str, text: str, metavar: str = "NAME=VALUE") -> None:
+    text = f"{text} (may be repeated)"
+    parser.add_argument(name, metavar=metavar, action="append", default=[], help=text)
 
 
 def _common(parser: argparse.ArgumentParser) -> None:
@@ -21,15 +35,11 @@ def _common(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="also look for libraries here (may be repeated)",
     )
-    parser.add_argument(
-        "--strict",
-        action="store_true",
-        help="treat a message definition that is not installed as an error",
-    )
+    _flag(parser, "--strict", "treat a message definition that is not installed as an error")
 
 
 def _json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print a JSON document")
+    _flag(parser, "--json", "print a JSON document")
 
 
 def _explain_seconds(parser: argparse.ArgumentParser) -> None:
@@ -57,13 +67,7 @@ def _mode(parser: argparse.ArgumentParser, default: Mode = "controller") -> None
 
 
 def _parameters(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--parameter",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="a parameter of the model or, with --execute, any of its node (may be repeated)",
-    )
+    _several(parser, "--parameter", "a parameter of the model or, with --execute, any of its node")
 
 
 def check(parser: argparse.ArgumentParser) -> None:
@@ -77,11 +81,7 @@ def check(parser: argparse.ArgumentParser) -> None:
         default="text",
         help="how to print: github annotates pull requests, sarif is for code scanners",
     )
-    parser.add_argument(
-        "--watch",
-        action="store_true",
-        help="check again whenever a model is saved, until Ctrl-C",
-    )
+    _flag(parser, "--watch", "check again whenever a model is saved, until Ctrl-C")
     _explain_seconds(parser)
     _mode(parser)
     _common(parser)
@@ -90,16 +90,11 @@ def check(parser: argparse.ArgumentParser) -> None:
 def new(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help="the name of the robot, as in Rover")
     origin = parser.add_mutually_exclusive_group()
-    origin.add_argument(
-        "--from-ros",
-        action="store_true",
-        help="from the nodes that run now, with how often their messages come",
-    )
-    origin.add_argument(
+    _flag(origin, "--from-ros", "from the nodes that run now, with how often their messages come")
+    _path(
+        origin,
         "--from-bag",
-        metavar="FILE",
-        type=Path,
-        help="from what was recorded: .bag, .mcap, .db3, or the folder of a bag of ROS 2",
+        "from what was recorded: .bag, .mcap, .db3, or the folder of a bag of ROS 2",
     )
 
 
@@ -107,7 +102,7 @@ def explain(parser: argparse.ArgumentParser) -> None:
     code = parser.add_argument(
         "code", metavar="CODE", help="what stands in brackets in the message"
     )
-    code.completer = lambda **_: sorted(CODES)  # type: ignore[attr-defined]  # argcomplete's name
+    code.completer = lambda **_: sorted(codes.CODES)  # type: ignore[attr-defined]  # argcomplete's name
 
 
 def synthesize(parser: argparse.ArgumentParser) -> None:
@@ -134,7 +129,7 @@ def synthesize(parser: argparse.ArgumentParser) -> None:
 def explore(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
     _json(parser)
-    parser.add_argument("--plant", action="store_true", help="without control")
+    _flag(parser, "--plant", "without control")
     parser.add_argument(
         "--limit",
         metavar="N",
@@ -157,31 +152,24 @@ def generate(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
     parser.add_argument(
         "--target",
-        choices=get_args(Target),
+        choices=get_args(pipeline.Target),
         help="the version of ROS (default: the one that is sourced, else ros1)",
     )
     _mode(parser)
-    parser.add_argument(
+    _path(
+        parser,
         "--output",
-        metavar="DIR",
-        type=Path,
-        help="the folder that gets the package (default: that of robosc.yaml, or the current one)",
+        "the folder that gets the package (default: that of robosc.yaml, or the current one)",
+        "DIR",
     )
     parser.add_argument("--package", metavar="NAME", help="name of the package")
-    parser.add_argument(
-        "--config",
-        metavar="FILE",
-        type=Path,
-        help="options (default: robosc.yaml beside the model)",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="replace files that robosc did not write"
-    )
-    parser.add_argument("--verbose", action="store_true", help="list the files that were written")
-    parser.add_argument(
+    _path(parser, "--config", "options (default: robosc.yaml beside the model)")
+    _flag(parser, "--force", "replace files that robosc did not write")
+    _flag(parser, "--verbose", "list the files that were written")
+    _flag(
+        parser,
         "--diff",
-        action="store_true",
-        help="show what would be written, write nothing; exit 1 if anything would be changed",
+        "show what would be written, write nothing; exit 1 if anything would be changed",
     )
     _common(parser)
 
@@ -191,12 +179,8 @@ def export(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format", choices=["cif", "dot", "svg", "json"], required=True, help="what to write"
     )
-    parser.add_argument(
-        "--supervisor", action="store_true", help="with cif: add the guards of the supervisor"
-    )
-    parser.add_argument(
-        "--output", metavar="FILE", type=Path, help="write there (default: standard output)"
-    )
+    _flag(parser, "--supervisor", "with cif: add the guards of the supervisor")
+    _path(parser, "--output", "write there (default: standard output)")
     _mode(parser)
     _common(parser)
 
@@ -208,31 +192,22 @@ def format(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="a .rscd file, or - for a pipe",
     )
-    parser.add_argument(
-        "--check", action="store_true", help="change nothing; exit 1 if a file would be changed"
-    )
+    _flag(parser, "--check", "change nothing; exit 1 if a file would be changed")
 
 
 def simulate(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
-    parser.add_argument(
+    _flag(
+        parser,
         "--execute",
-        action="store_true",
-        help="let the controller execute on a virtual clock; only the robot's events are typed",
+        "let the controller execute on a virtual clock; only the robot's events are typed",
     )
     _parameters(parser)
     parser.add_argument(
         "--script", metavar="FILE", help="run the lines of a file (-: standard input), and end"
     )
-    parser.add_argument(
-        "--junit",
-        metavar="FILE",
-        type=Path,
-        help="with --script: write the results of its expectations as JUnit XML",
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="read and write JSON, a document per line"
-    )
+    _path(parser, "--junit", "with --script: write the results of its expectations as JUnit XML")
+    _flag(parser, "--json", "read and write JSON, a document per line")
     _mode(parser)
     _common(parser)
 
@@ -249,11 +224,10 @@ def report(parser: argparse.ArgumentParser) -> None:
             type=Path,
             help=f"{what}, for what the runs show of each requirement",
         )
-    parser.add_argument(
+    _path(
+        parser,
         "--output",
-        metavar="FILE",
-        type=Path,
-        help="write there, as .html, .md or .json (default: Markdown on standard output)",
+        "write there, as .html, .md or .json (default: Markdown on standard output)",
     )
     _mode(parser)
     _common(parser)
@@ -267,31 +241,16 @@ def replay(parser: argparse.ArgumentParser) -> None:
         help="the event log that a generated node has written (- for a pipe), or a bag of either"
         " ROS: .bag, .mcap, .db3 or the folder of a bag",
     )
-    parser.add_argument(
-        "--parameter",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="with a bag: a parameter of the model or of its node (may be repeated)",
-    )
-    parser.add_argument(
-        "--start",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="with a bag: the value with which a persistent variable started (may be repeated)",
-    )
-    parser.add_argument(
+    _several(parser, "--parameter", "with a bag: a parameter of the model or of its node")
+    _several(parser, "--start", "with a bag: the value with which a persistent variable started")
+    _several(
+        parser,
         "--remap",
-        metavar="FROM:=TO",
-        action="append",
-        default=[],
-        help="with a bag: a name that was another one in the run; __ns and __name are those of"
-        " the controller (may be repeated)",
+        "with a bag: a name that was another one in the run; __ns and __name are those of"
+        " the controller",
+        "FROM:=TO",
     )
-    parser.add_argument(
-        "--junit", metavar="FILE", type=Path, help="with a bag: write the verdicts as JUnit XML"
-    )
+    _path(parser, "--junit", "with a bag: write the verdicts as JUnit XML")
     _json(parser)
     _mode(parser)
     _common(parser)
@@ -319,16 +278,15 @@ def view(parser: argparse.ArgumentParser) -> None:
         help="with --ros: let whoever has the printed address hold, release and step the commands,"
         " and send the messages of these components, which stand for persons",
     )
-    parser.add_argument(
+    _path(
+        parser,
         "--export",
-        metavar="FILE",
-        type=Path,
-        help="with --log: write the page with all of the log into one HTML file, and serve nothing",
+        "with --log: write the page with all of the log into one HTML file, and serve nothing",
     )
-    source.add_argument(
+    _flag(
+        source,
         "--execute",
-        action="store_true",
-        help="let the controller execute, as time passes; only the robot's events are played",
+        "let the controller execute, as time passes; only the robot's events are played",
     )
     _parameters(parser)
     parser.add_argument(
@@ -345,9 +303,7 @@ def mcp(parser: argparse.ArgumentParser) -> None:
     source.add_argument(
         "--ros", metavar="NODE", help="command through this supervisor (or call this controller)"
     )
-    source.add_argument(
-        "--simulate", action="store_true", help="command a simulated robot, and play it"
-    )
+    _flag(source, "--simulate", "command a simulated robot, and play it")
     parser.add_argument(
         "--http",
         metavar="PORT",
@@ -355,12 +311,8 @@ def mcp(parser: argparse.ArgumentParser) -> None:
         help="serve agents of this machine by HTTP, with a token that is printed (default: whoever"
         " starts this, on standard input and output)",
     )
-    parser.add_argument(
-        "--read-only", action="store_true", help="offer no commands, only what there is to know"
-    )
-    parser.add_argument(
-        "--log", metavar="FILE", type=Path, help="append each call to this file (default: stderr)"
-    )
+    _flag(parser, "--read-only", "offer no commands, only what there is to know")
+    _path(parser, "--log", "append each call to this file (default: stderr)")
     _parameters(parser)
     _mode(parser, "supervisor")
     _common(parser)

@@ -10,18 +10,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TextIO
 
-from robosc import __version__
+from robosc import __version__, errors, progress, resources
 from robosc.console import complain, tell
-from robosc.errors import (
-    OUT_OF_MEMORY,
-    EmptySupervisorError,
-    ModelError,
-    RoboscError,
-    StateSpaceError,
-    UsageError,
-)
-from robosc.progress import ProgressLine
-from robosc.resources import extras_folder
 from robosc.verbs import VERBS, Arguments, Verb
 
 _INTERRUPTED = 130
@@ -56,31 +46,33 @@ def main(words: Sequence[str] | None = None) -> int:
             complain(f"cannot write the result: {error.strerror or error}")
         except OSError:
             _drop_output(sys.stderr)
-        return UsageError.exit_code
+        return errors.UsageError.exit_code
 
 
 def _guarded(args: Arguments) -> int:
-    args.progress = ProgressLine(sys.stderr)
+    args.progress = progress.ProgressLine(sys.stderr)
     try:
         if not _stands_somewhere():
-            raise UsageError("the current folder is gone, or another one took its place: cd $PWD")
+            raise errors.UsageError(
+                "the current folder is gone, or another one took its place: cd $PWD"
+            )
         verb: Verb = args.verb
         return verb.run(args)
-    except (ModelError, EmptySupervisorError) as error:
+    except (errors.ModelError, errors.EmptySupervisorError) as error:
         tell(error.diagnostics)
         return error.exit_code
-    except RoboscError as error:
+    except errors.RoboscError as error:
         complain(str(error))
         return error.exit_code
     except MemoryError:
-        complain(OUT_OF_MEMORY)
-        return StateSpaceError.exit_code
+        complain(errors.OUT_OF_MEMORY)
+        return errors.StateSpaceError.exit_code
     except ModuleNotFoundError as error:
         if error.name is None or error.name.split(".")[0] == "robosc":
             raise
         # Most often a python3 of pyenv or conda that stands before the system's on PATH.
         complain(f"{sys.executable} has no module {error.name!r}; see Install in the README")
-        return UsageError.exit_code
+        return errors.UsageError.exit_code
     finally:
         args.progress.clear()
 
@@ -90,7 +82,7 @@ def _know_verb(words: Sequence[str]) -> None:
     names = [verb.name for verb in VERBS]
     if words and words[0] not in names and (similar := get_close_matches(words[0], names, 1)):
         complain(f"there is no verb {words[0]!r}; did you mean 'robosc {similar[0]}'?")
-        raise SystemExit(UsageError.exit_code)
+        raise SystemExit(errors.UsageError.exit_code)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -123,7 +115,7 @@ def _stands_somewhere() -> bool:
 
 def _add_extras() -> None:
     """Libraries that ./dev setup has fetched are found where no others are installed."""
-    extras = extras_folder()
+    extras = resources.extras_folder()
     if extras is not None and str(extras) not in sys.path:
         sys.path.append(str(extras))
 

@@ -12,9 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from robosc import limits
-from robosc.remedies import Hint, Remedy
-from robosc.source import Span
+from robosc import limits, remedies, source
 
 
 class Severity(Enum):
@@ -27,7 +25,7 @@ class Note:
     """A second place that helps to understand a diagnostic; ``span`` is None for words alone."""
 
     message: str
-    span: Span | None = None
+    span: source.Span | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,19 +39,19 @@ class Diagnostic:
     severity: Severity
     code: str
     message: str
-    span: Span
-    advice: Hint | None = None
+    span: source.Span
+    advice: remedies.Hint | None = None
     notes: tuple[Note, ...] = ()
 
     @property
     def hint(self) -> str | None:
         """The words of the remedy."""
-        return self.advice.text if isinstance(self.advice, Remedy) else self.advice
+        return self.advice.text if isinstance(self.advice, remedies.Remedy) else self.advice
 
     @property
-    def remedy(self) -> Remedy | None:
+    def remedy(self) -> remedies.Remedy | None:
         """The remedy, if an editor can carry it out."""
-        return self.advice if isinstance(self.advice, Remedy) else None
+        return self.advice if isinstance(self.advice, remedies.Remedy) else None
 
 
 class RoboscError(Exception):
@@ -181,11 +179,11 @@ def render_all(diagnostics: Iterable[Diagnostic], color: bool = False) -> str:
     return "".join(render(d, color) + "\n" for d in sort_diagnostics(diagnostics))
 
 
-def _place(span: Span) -> str:
+def _place(span: source.Span) -> str:
     return f"{span.source.path}:{span.line}:{span.column}"
 
 
-def _excerpt(span: Span) -> tuple[str, str, str]:
+def _excerpt(span: source.Span) -> tuple[str, str, str]:
     """The source line with its number, the white space that leads up to the carets, and these.
 
     Tabs stay tabs in the lead so that the caret stands under its character in any terminal; a very

@@ -14,19 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from robosc import limits
-from robosc.errors import (
-    OUT_OF_MEMORY,
-    Diagnostic,
-    EmptySupervisorError,
-    ModelError,
-    RoboscError,
-    Severity,
-    StateSpaceError,
-    UsageError,
-    has_errors,
-)
-from robosc.names import package_name, package_name_fault
+from robosc import errors, limits, names
 
 if TYPE_CHECKING:
     from robosc.emit.export.export import Format
@@ -97,7 +85,7 @@ class Generated:
 
     output: Output
     supervisor: Supervisor
-    diagnostics: tuple[Diagnostic, ...]
+    diagnostics: tuple[errors.Diagnostic, ...]
     package: str
     files: Written
     seconds: float
@@ -112,15 +100,15 @@ class Loaded:
     """A robot without errors, and the warnings."""
 
     robot: Robot
-    diagnostics: tuple[Diagnostic, ...]
+    diagnostics: tuple[errors.Diagnostic, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
     """All that is to be said about a file. ``failure`` is why it cannot become a controller."""
 
-    diagnostics: tuple[Diagnostic, ...]
-    failure: RoboscError | None = None
+    diagnostics: tuple[errors.Diagnostic, ...]
+    failure: errors.RoboscError | None = None
 
     @property
     def exit_code(self) -> int:
@@ -136,9 +124,9 @@ def load(model: Model, options: Options = Options(), target: Target | None = Non
     """
     robot, diagnostics = _read(model, options, target)
     if robot is None:
-        if has_errors(diagnostics):
-            raise ModelError(diagnostics)
-        raise UsageError(f"{_path_of(model)} holds a library; this needs a robot")
+        if errors.has_errors(diagnostics):
+            raise errors.ModelError(diagnostics)
+        raise errors.UsageError(f"{_path_of(model)} holds a library; this needs a robot")
     return Loaded(robot, diagnostics)
 
 
@@ -149,15 +137,15 @@ def check(model: Model, options: Options = Options()) -> Checked:
     """
     robot, diagnostics = _read(model, options)
     if robot is None:
-        failure = ModelError(diagnostics) if has_errors(diagnostics) else None
+        failure = errors.ModelError(diagnostics) if errors.has_errors(diagnostics) else None
         return Checked(diagnostics, failure)
     try:
         supervisor = within_time(robot, options.progress, explaining=options.explaining)
-    except StateSpaceError as error:
+    except errors.StateSpaceError as error:
         return Checked((*diagnostics, unchecked(robot, error)))
     try:
         _existing(supervisor)
-    except (EmptySupervisorError, ModelError) as error:
+    except (errors.EmptySupervisorError, errors.ModelError) as error:
         return Checked(diagnostics + error.diagnostics, error)
     return Checked(diagnostics + supervisor.diagnostics)
 
@@ -185,15 +173,15 @@ def within_time(
                 limited.renew()
 
             return synthesize(robot, "auto", max_states, limited, explaining, solved)
-    except StateSpaceError as error:
+    except errors.StateSpaceError as error:
         if not found:
             raise
         return replace(found[0], diagnostics=(_unexplained(robot, error),))
 
 
-def _unexplained(robot: Robot, error: StateSpaceError) -> Diagnostic:
-    return Diagnostic(
-        Severity.WARNING,
+def _unexplained(robot: Robot, error: errors.StateSpaceError) -> errors.Diagnostic:
+    return errors.Diagnostic(
+        errors.Severity.WARNING,
         "explanations-left-out",
         f"guards were found, and what explains them was not: {error}",
         robot.span,
@@ -201,10 +189,10 @@ def _unexplained(robot: Robot, error: StateSpaceError) -> Diagnostic:
     )
 
 
-def unchecked(robot: Robot, error: StateSpaceError) -> Diagnostic:
+def unchecked(robot: Robot, error: errors.StateSpaceError) -> errors.Diagnostic:
     """The warning that a robot was checked without synthesis."""
     message = f"checked without synthesis: {error}"
-    return Diagnostic(Severity.WARNING, "synthesis-unchecked", message, robot.span)
+    return errors.Diagnostic(errors.Severity.WARNING, "synthesis-unchecked", message, robot.span)
 
 
 def synthesize(
@@ -227,7 +215,7 @@ def synthesize(
     try:
         return compute(lower(robot), engine, max_states, progress, explaining, solved)
     except MemoryError:
-        raise StateSpaceError(OUT_OF_MEMORY) from None
+        raise errors.StateSpaceError(errors.OUT_OF_MEMORY) from None
 
 
 def supervise(robot: Robot, progress: Progress | None = None) -> Supervisor:
@@ -329,7 +317,7 @@ def generate(model: Model, options: Options = Options(), output: Output = Output
 
 def difference(
     model: Model, options: Options = Options(), output: Output = Output()
-) -> tuple[str, tuple[Diagnostic, ...]]:
+) -> tuple[str, tuple[errors.Diagnostic, ...]]:
     """What :func:`generate` would change, as a unified diff, and the diagnostics.
 
     Raises:
@@ -346,7 +334,7 @@ class _Made:
     """A package that is not written yet, and where it goes."""
 
     supervisor: Supervisor
-    diagnostics: tuple[Diagnostic, ...]
+    diagnostics: tuple[errors.Diagnostic, ...]
     package: Package
     folder: Path
     location: Path | None
@@ -366,13 +354,15 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
     config = load_config(_path_of(model), output.config)
     # The configuration names the controller, which a supervisor must not overwrite.
     own = config.package if output.mode == "controller" else None
-    name = own or f"{package_name(loaded.robot.name)}_{output.mode}"
+    name = own or f"{names.package_name(loaded.robot.name)}_{output.mode}"
     if output.package is not None:
         name = output.package
-    if fault := package_name_fault(name):
-        raise UsageError(f"{name!r} is not a valid name for a package: {fault}")
+    if fault := names.package_name_fault(name):
+        raise errors.UsageError(f"{name!r} is not a valid name for a package: {fault}")
     if other := namesake(name):
-        raise UsageError(f"{name!r} is not a valid name for a package: it would hide {other}")
+        raise errors.UsageError(
+            f"{name!r} is not a valid name for a package: it would hide {other}"
+        )
     supervisor = synthesize(loaded.robot, progress=options.progress, solved=options.solved)
     _existing(supervisor, loaded.diagnostics)
     _bounded(supervisor)
@@ -392,8 +382,8 @@ def _refuse_corrections(robot: Robot) -> None:
         ModelError: a provide statement reads what the other controller sends.
     """
     found = tuple(
-        Diagnostic(
-            Severity.ERROR,
+        errors.Diagnostic(
+            errors.Severity.ERROR,
             "data-of-others",
             "this corrects what another controller sends: a controller sends its own data",
             provide.span,
@@ -403,7 +393,7 @@ def _refuse_corrections(robot: Robot) -> None:
         if provide.corrects
     )
     if found:
-        raise ModelError(found)
+        raise errors.ModelError(found)
 
 
 def _bounded(supervisor: Supervisor) -> None:
@@ -414,13 +404,13 @@ def _bounded(supervisor: Supervisor) -> None:
     """
     unknown = "bounded response" not in dict(supervisor.properties)
     if unknown and supervisor.step_bound is None:
-        raise StateSpaceError(
+        raise errors.StateSpaceError(
             "the state space is too large to find out whether internal transitions end;"
             " 'robosc check' says more"
         )
 
 
-def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> Supervisor:
+def _existing(supervisor: Supervisor, warnings: tuple[errors.Diagnostic, ...] = ()) -> Supervisor:
     """The same supervisor, if a controller may be made of it.
 
     Raises:
@@ -430,9 +420,9 @@ def _existing(supervisor: Supervisor, warnings: tuple[Diagnostic, ...] = ()) -> 
     if supervisor.empty:
         name = supervisor.plant.robot.name
         message = f"no controller can satisfy the requirements of {name}"
-        raise EmptySupervisorError(message, warnings + supervisor.diagnostics)
-    if has_errors(supervisor.diagnostics):
-        raise ModelError(warnings + supervisor.diagnostics)
+        raise errors.EmptySupervisorError(message, warnings + supervisor.diagnostics)
+    if errors.has_errors(supervisor.diagnostics):
+        raise errors.ModelError(warnings + supervisor.diagnostics)
     return supervisor
 
 
@@ -440,7 +430,7 @@ def _path_of(model: Model) -> Path:
     return Path(model.path if isinstance(model, ModelText) else model)
 
 
-def _source_of(model: Model) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+def _source_of(model: Model) -> tuple[Source | None, tuple[errors.Diagnostic, ...]]:
     from robosc.syntax.parser import read_source, source_of
 
     if isinstance(model, ModelText):
@@ -450,7 +440,7 @@ def _source_of(model: Model) -> tuple[Source | None, tuple[Diagnostic, ...]]:
 
 def _read(
     model: Model, options: Options, target: Target | None = None
-) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
+) -> tuple[Robot | None, tuple[errors.Diagnostic, ...]]:
     from robosc.model.resolve import load as resolve
     from robosc.model.ros.definitions import MessageDefinitions
 

@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from robosc.errors import Diagnostic, counted, sort_diagnostics
-from robosc.plant.automaton import Plant, PlantState, VariableKind
-from robosc.plant.model_text import to_dsl
+from robosc import errors, supervisor
+from robosc.plant import automaton, model_text
 from robosc.runtime.places import place_of, stage_of
-from robosc.supervisor import Explanation, Supervisor
-from robosc.synthesis.formatting import event_text, step_text, trace_text
+from robosc.synthesis import formatting
 
 if TYPE_CHECKING:
     from robosc.pipeline import Generated
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
 Document = dict[str, Any]
 
 
-def diagnostics(found: Iterable[Diagnostic]) -> Document:
+def diagnostics(found: Iterable[errors.Diagnostic]) -> Document:
     """``check --json``."""
     return {
         "version": 1,
@@ -40,18 +38,18 @@ def diagnostics(found: Iterable[Diagnostic]) -> Document:
                 "message": d.message,
                 "hint": d.hint,
             }
-            for d in sort_diagnostics(found)
+            for d in errors.sort_diagnostics(found)
         ],
     }
 
 
-def github_text(diagnostics: Iterable[Diagnostic]) -> str:
+def github_text(diagnostics: Iterable[errors.Diagnostic]) -> str:
     """``check --format github``: workflow commands, which annotate lines of a pull request."""
     return "".join(
         f"::{d.severity.value} file={_escaped(d.span.source.path, ':,')},line={d.span.line},"
         f"col={d.span.column},endLine={d.span.end_line},endColumn={d.span.end_column},"
         f"title={d.code}::{_escaped(_with_hint(d))}\n"
-        for d in sort_diagnostics(diagnostics)
+        for d in errors.sort_diagnostics(diagnostics)
     )
 
 
@@ -61,14 +59,14 @@ def _escaped(text: str, also: str = "") -> str:
     return text
 
 
-def _with_hint(diagnostic: Diagnostic) -> str:
+def _with_hint(diagnostic: errors.Diagnostic) -> str:
     message, hint = diagnostic.message, diagnostic.hint
     return message if hint is None else f"{message}; {hint}"
 
 
-def sarif(diagnostics: Iterable[Diagnostic], version: str) -> Document:
+def sarif(diagnostics: Iterable[errors.Diagnostic], version: str) -> Document:
     """``check --format sarif``: a log of SARIF 2.1.0, which code scanners read."""
-    ordered = sort_diagnostics(diagnostics)
+    ordered = errors.sort_diagnostics(diagnostics)
     rules = [{"id": code} for code in sorted({d.code for d in ordered})]
     results = [
         {
@@ -104,36 +102,36 @@ def sarif(diagnostics: Iterable[Diagnostic], version: str) -> Document:
 # --- synthesize ----------------------------------------------------------------------------------
 
 
-def supervisor_text(result: Supervisor) -> str:
+def supervisor_text(result: supervisor.Supervisor) -> str:
     """Sizes, guards and reasons for people."""
     return guards_text(result) + reasons_text(result)
 
 
-def guards_text(result: Supervisor) -> str:
+def guards_text(result: supervisor.Supervisor) -> str:
     """Sizes and guards, which need no explanations."""
     return "".join(f"{line}\n" for line in _guard_lines(result))
 
 
-def reasons_text(result: Supervisor) -> str:
+def reasons_text(result: supervisor.Supervisor) -> str:
     """What follows them: reasons, what is taken as free, properties."""
     return "".join(f"{line}\n" for line in _reason_lines(result))
 
 
-def _guard_lines(result: Supervisor) -> Iterator[str]:
+def _guard_lines(result: supervisor.Supervisor) -> Iterator[str]:
     yield sizes(result)
     robot = result.plant.robot
-    width = max((len(event_text(g.event)) for g in result.guards), default=0)
+    width = max((len(formatting.event_text(g.event)) for g in result.guards), default=0)
     names = result.part_names
     if names.definitions:
         yield ""
         yield from (part.line(robot) for part in names.definitions)
     for guard in result.guards:
         yield ""
-        yield f"{event_text(guard.event):{width}}  {guard.status}"
-        yield f"    {to_dsl(names.of_guard(guard.expr), robot)}"
+        yield f"{formatting.event_text(guard.event):{width}}  {guard.status}"
+        yield f"    {model_text.to_dsl(names.of_guard(guard.expr), robot)}"
 
 
-def _reason_lines(result: Supervisor) -> Iterator[str]:
+def _reason_lines(result: supervisor.Supervisor) -> Iterator[str]:
     for explanation in filter(attrgetter("told"), result.explanations):
         yield from _explanation_lines(explanation)
     if result.plant.view.free:
@@ -145,16 +143,16 @@ def _reason_lines(result: Supervisor) -> Iterator[str]:
         yield from (_property_text(name, holds) for name, holds in result.properties)
 
 
-def sizes(result: Supervisor) -> str:
+def sizes(result: supervisor.Supervisor) -> str:
     return (
         f"{result.plant.robot.name}: {result.controlled_states:,} of"
-        f" {counted(result.plant_states, 'state')}"
-        f" under control, {counted(result.controlled_transitions, 'transition')}"
+        f" {errors.counted(result.plant_states, 'state')}"
+        f" under control, {errors.counted(result.controlled_transitions, 'transition')}"
         f" ({result.engine} engine, {result.seconds:.2f} s)"
     )
 
 
-def _explanation_lines(explanation: Explanation) -> Iterator[str]:
+def _explanation_lines(explanation: supervisor.Explanation) -> Iterator[str]:
     yield ""
     yield explanation.diagnostic.message
     if explanation.remedy:
@@ -220,7 +218,8 @@ def _path_for_catkin() -> str:
 
 def verify_text(verified: VerifyReport) -> str:
     """Each property with ``yes`` or ``no`` and, where it fails, how."""
-    size = f"{counted(verified.states, 'state')}, {counted(verified.transitions, 'transition')}"
+    states = errors.counted(verified.states, "state")
+    size = f"{states}, {errors.counted(verified.transitions, 'transition')}"
     lines = [f"{verified.robot}: {size}"]
     if verified.method == "symbolic":
         lines.append("too many states to visit one by one: verified with sets of states")
@@ -230,7 +229,7 @@ def verify_text(verified: VerifyReport) -> str:
         if check.detail:
             lines.append(f"    {check.detail}")
         if check.trace:
-            lines.append(f"    trace: {trace_text(check.trace)}")
+            lines.append(f"    trace: {formatting.trace_text(check.trace)}")
     lines += [_property_text(name, holds) for name, holds in verified.properties]
     return "\n".join(lines) + "\n"
 
@@ -250,9 +249,9 @@ def graph_text(system: Graph) -> str:
     steps: list[list[str]] = [[] for _ in system.states]
     for one in listed(system):
         sign = "!" if one.step.event.controllable else " "
-        steps[one.source].append(f"    {sign} {step_text(one.step)} -> {one.target}")
-    transitions = counted(len(system.transitions), "transition")
-    size = f"{counted(len(system.states), 'state')}, {transitions}"
+        steps[one.source].append(f"    {sign} {formatting.step_text(one.step)} -> {one.target}")
+    transitions = errors.counted(len(system.transitions), "transition")
+    size = f"{errors.counted(len(system.states), 'state')}, {transitions}"
     lines = [f"{plant.robot.name}: {size}"]
     if sum(map(len, steps)) < len(system.transitions):
         lines.append("parts of a value on which a step does not depend are left out")
@@ -263,7 +262,7 @@ def graph_text(system: Graph) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _variable_texts(plant: Plant, state: PlantState) -> Iterator[str]:
+def _variable_texts(plant: automaton.Plant, state: automaton.PlantState) -> Iterator[str]:
     for variable, index in zip(plant.variables, state, strict=True):
         if variable.labels is not None:
             yield variable.labels[index]
@@ -271,12 +270,12 @@ def _variable_texts(plant: Plant, state: PlantState) -> Iterator[str]:
         value = variable.values[index]
         value = str(value).lower() if isinstance(value, bool) else str(value)
         match variable.kind:
-            case VariableKind.LOCATION:
+            case automaton.VariableKind.LOCATION:
                 yield f"{variable.name}.{place_of(value)}"
                 if stage_of(value):
                     yield f"{variable.name}.{value}"
-            case VariableKind.DATA | VariableKind.TEST:
+            case automaton.VariableKind.DATA | automaton.VariableKind.TEST:
                 yield f"{variable.name} = {value}"
-            case VariableKind.PHASE:
+            case automaton.VariableKind.PHASE:
                 if index:
                     yield f"{plant.robot.display_names[variable.name]}.{value}"

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, TypeAlias
 
-from robosc.errors import Diagnostic
-from robosc.expr.tree import Expr
-from robosc.expr.types import Value
+from robosc import errors, source
+from robosc.expr import tree, types
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.part_names import PartNames
-from robosc.source import Span
 
 Status: TypeAlias = Literal["as required", "restricted", "never"]
 
@@ -24,7 +22,7 @@ class Step:
     """
 
     event: Event
-    values: tuple[Value | None, ...] = ()
+    values: tuple[types.Value | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +35,8 @@ class Guard:
     """
 
     event: Event
-    expr: Expr
-    required: Expr
+    expr: tree.Expr
+    required: tree.Expr
     status: Status
 
 
@@ -58,10 +56,10 @@ class Explanation:
     reason: str
     trace: tuple[Step, ...]
     remedy: str | None
-    diagnostic: Diagnostic
+    diagnostic: errors.Diagnostic
     traced: bool = True
     told: bool = True
-    conflict: tuple[tuple[str, Span], ...] | None = None
+    conflict: tuple[tuple[str, source.Span], ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -85,7 +83,7 @@ class Supervisor:
     guards: tuple[Guard, ...]
     explanations: tuple[Explanation, ...]
     properties: tuple[tuple[str, bool], ...]
-    diagnostics: tuple[Diagnostic, ...] = ()
+    diagnostics: tuple[errors.Diagnostic, ...] = ()
     empty: bool = False
     step_bound: int | None = None
 

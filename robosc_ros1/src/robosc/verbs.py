@@ -16,20 +16,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robosc import __version__, arguments, pipeline
-from robosc.codes import CODES
-from robosc.console import command, complain, in_color, tell
-from robosc.errors import (
-    EmptySupervisorError,
-    ModelError,
-    Severity,
-    UsageError,
-    counted,
-    has_errors,
-    sort_diagnostics,
-)
-from robosc.model_files import format_file, formatted, models, saved, write_text
-from robosc.names import is_identifier, snake_case
+from robosc import __version__, arguments, codes, console, errors, model_files, names, pipeline
 from robosc.resources import diagnostics_page, section
 from robosc.source import MODEL_SUFFIXES
 
@@ -54,11 +41,11 @@ class Verb:
 def _check(args: Arguments) -> int:
     if not args.watch:
         return _check_once(args)
-    for _ in saved([*args.models, *args.library_path]):
+    for _ in model_files.saved([*args.models, *args.library_path]):
         try:
             _check_once(args)
-        except UsageError as error:  # it may be mended meanwhile
-            complain(str(error))
+        except errors.UsageError as error:  # it may be mended meanwhile
+            console.complain(str(error))
         sys.stdout.flush()
         print(f"checked at {time.strftime('%H:%M:%S')}; Ctrl-C ends it", file=sys.stderr)
     return 0
@@ -68,16 +55,16 @@ def _check_once(args: Arguments) -> int:
     from robosc import report
 
     results: list[pipeline.Checked] = []
-    unreadable: list[UsageError] = []
-    for path in {os.path.realpath(path): path for path in models(args.models)}.values():
+    unreadable: list[errors.UsageError] = []
+    for path in {os.path.realpath(path): path for path in model_files.models(args.models)}.values():
         try:
             results.append(pipeline.check(path, _options(args)))
-        except UsageError as error:
+        except errors.UsageError as error:
             unreadable.append(error)
     args.progress.clear()
     if not results:
-        raise UsageError("\n".join(str(problem) for problem in unreadable))
-    diagnostics = sort_diagnostics(d for result in results for d in result.diagnostics)
+        raise errors.UsageError("\n".join(str(problem) for problem in unreadable))
+    diagnostics = errors.sort_diagnostics(d for result in results for d in result.diagnostics)
     if args.json or args.format == "json":
         _print_json(report.diagnostics(diagnostics))
     elif args.format == "sarif":
@@ -85,16 +72,17 @@ def _check_once(args: Arguments) -> int:
     elif args.format == "github":
         print(report.github_text(diagnostics), end="")
     else:
-        tell(diagnostics)
-        count = {s: sum(d.severity is s for d in diagnostics) for s in Severity}
+        console.tell(diagnostics)
+        count = {s: sum(d.severity is s for d in diagnostics) for s in errors.Severity}
         print(
-            f"{counted(len(results), 'file')}: {counted(count[Severity.ERROR], 'error')},"
-            f" {counted(count[Severity.WARNING], 'warning')}"
+            f"{errors.counted(len(results), 'file')}:"
+            f" {errors.counted(count[errors.Severity.ERROR], 'error')},"
+            f" {errors.counted(count[errors.Severity.WARNING], 'warning')}"
         )
     for problem in unreadable:
-        complain(str(problem))
+        console.complain(str(problem))
     if unreadable:
-        return UsageError.exit_code
+        return errors.UsageError.exit_code
     return next((r.exit_code for r in results if r.exit_code), 0)
 
 
@@ -103,11 +91,13 @@ def _new(args: Arguments) -> int:
     from robosc.new.start import recorded, running
 
     name = args.name
-    if not is_identifier(name):
-        raise UsageError(f"{name!r} is not a name for a robot: letters, digits and _, as in Rover")
-    file = Path(f"{snake_case(name)}.rscd")
+    if not names.is_identifier(name):
+        raise errors.UsageError(
+            f"{name!r} is not a name for a robot: letters, digits and _, as in Rover"
+        )
+    file = Path(f"{names.snake_case(name)}.rscd")
     if file.exists():
-        raise UsageError(f"{file} is there already: take another name, or remove it")
+        raise errors.UsageError(f"{file} is there already: take another name, or remove it")
     if args.from_ros:
         text = running(name, os.environ)
     elif args.from_bag:
@@ -115,21 +105,21 @@ def _new(args: Arguments) -> int:
     else:
         text = small(name)
     args.progress.clear()
-    write_text(file, text)
-    format_file(file)
-    print(f"{file}: written; next:\n    {command('new', 'check')} {file}")
+    model_files.write_text(file, text)
+    model_files.format_file(file)
+    print(f"{file}: written; next:\n    {console.command('new', 'check')} {file}")
     return 0
 
 
 def _explain(args: Arguments) -> int:
     page = diagnostics_page()
     if page is None:
-        raise UsageError("the page about diagnostics is missing: install robosc again")
+        raise errors.UsageError("the page about diagnostics is missing: install robosc again")
     text = section(page.read_text(encoding="utf-8"), args.code)
     if text is None:
-        similar = get_close_matches(args.code, CODES, 1)
+        similar = get_close_matches(args.code, codes.CODES, 1)
         hint = f"did you mean {similar[0]!r}?" if similar else "messages show it in brackets"
-        raise UsageError(f"no diagnostic has the code {args.code!r}; {hint}")
+        raise errors.UsageError(f"no diagnostic has the code {args.code!r}; {hint}")
     print(text)
     return 0
 
@@ -139,7 +129,7 @@ def _synthesize(args: Arguments) -> int:
     from robosc.synthesis.documents import synthesize_document
 
     loaded = pipeline.load(args.model, _options(args))
-    tell(loaded.diagnostics)
+    console.tell(loaded.diagnostics)
     found: list[Supervisor] = []
 
     def show(solved: Supervisor) -> None:
@@ -159,12 +149,12 @@ def _synthesize(args: Arguments) -> int:
     args.progress.clear()
     # The explanations are part of the result; they are not printed twice.
     explained = {explanation.diagnostic for explanation in supervisor.explanations}
-    tell(d for d in supervisor.diagnostics if d not in explained)
+    console.tell(d for d in supervisor.diagnostics if d not in explained)
     _show(args, synthesize_document, report.reasons_text, supervisor)
     if supervisor.empty:
-        complain(f"no controller can satisfy the requirements of {loaded.robot.name}")
-        return EmptySupervisorError.exit_code
-    return ModelError.exit_code if has_errors(supervisor.diagnostics) else 0
+        console.complain(f"no controller can satisfy the requirements of {loaded.robot.name}")
+        return errors.EmptySupervisorError.exit_code
+    return errors.ModelError.exit_code if errors.has_errors(supervisor.diagnostics) else 0
 
 
 def _explore(args: Arguments) -> int:
@@ -198,7 +188,7 @@ def _generate(args: Arguments) -> int:
     if args.diff:
         text, diagnostics = pipeline.difference(args.model, _options(args), output)
         args.progress.clear()
-        tell(diagnostics)
+        console.tell(diagnostics)
         print(text, end="")
         return 1 if text else 0
 
@@ -209,7 +199,7 @@ def _generate(args: Arguments) -> int:
 
     result = pipeline.generate(args.model, replace(_options(args), solved=show), output)
     args.progress.clear()
-    tell(result.diagnostics)
+    console.tell(result.diagnostics)
     for warning in result.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     print(report.generated_text(result, reason, args.verbose), end="")
@@ -230,7 +220,7 @@ def _export(args: Arguments) -> int:
     if args.output is None:
         print(text, end="")
     else:
-        write_text(args.output, text)
+        model_files.write_text(args.output, text)
     return 0
 
 
@@ -239,15 +229,15 @@ def _format(args: Arguments) -> int:
     for path in args.files:
         try:
             if path == "-" or Path(path).is_fifo():
-                before, text = formatted(path)
+                before, text = model_files.formatted(path)
                 changed = before != text
                 if not args.check:
                     sys.stdout.buffer.write(text)
                     continue
             else:
-                changed = format_file(path, check=args.check)
-        except ModelError as error:
-            tell(error.diagnostics)
+                changed = model_files.format_file(path, check=args.check)
+        except errors.ModelError as error:
+            console.tell(error.diagnostics)
             worst = error.exit_code
             continue
         if changed:
@@ -266,24 +256,26 @@ def _simulate(args: Arguments) -> int:
     from robosc.simulate.start import machine_maker, parameters
 
     if args.junit is not None and args.script is None:
-        raise UsageError("--junit reports the outcome of a script: give it with --script FILE")
+        raise errors.UsageError(
+            "--junit reports the outcome of a script: give it with --script FILE"
+        )
     supervisor = _supervise(args)
     try:
         given = parameters(args.parameter)
         session = Session(machine_maker(supervisor, execute=args.execute), given)
         lines = None if args.script is None else read_lines(args.script)
     except InvalidLine as fault:
-        raise UsageError(str(fault)) from None
+        raise errors.UsageError(str(fault)) from None
     if lines is not None:
         done = follow_script(session, lines, args.script, sys.stdout, sys.stderr, args.json)
         if args.junit is not None:
             text = junit_text(args.script, supervisor.plant.robot.name, done.cases)
-            write_text(args.junit, text)
+            model_files.write_text(args.junit, text)
         return done.exit_code
     if args.json:
         return follow_documents(session, sys.stdin, sys.stdout)
     next_line = line_reader(session, sys.stdin)
-    return follow_typing(session, next_line, sys.stdout, Style(in_color(sys.stdout)))
+    return follow_typing(session, next_line, sys.stdout, Style(console.in_color(sys.stdout)))
 
 
 def _replay(args: Arguments) -> int:
@@ -296,7 +288,7 @@ def _replay(args: Arguments) -> int:
         return _judge(args)
     if args.junit is not None or args.parameter or args.start or args.remap:
         only = "--junit, --parameter, --start and --remap are for bags: .bag, .mcap, .db3"
-        raise UsageError(only)
+        raise errors.UsageError(only)
     replayed = replay(_supervise(args), args.log)
     _show(args, replay_document, replay_text, replayed)
     return replayed.exit_code
@@ -312,7 +304,7 @@ def _judge(args: Arguments) -> int:
     judgement = judge(supervisor, Path(args.log), args.parameter, args.progress, args.remap)
     args.progress.clear()
     if args.junit is not None:
-        write_text(args.junit, told.judgement_junit(judgement))
+        model_files.write_text(args.junit, told.judgement_junit(judgement))
     _show(args, told.judgement_document, told.judgement_text, judgement)
     return judgement.exit_code
 
@@ -330,12 +322,12 @@ def _report(args: Arguments) -> int:
     runs = recorded_runs(supervisor, args.logs, args.bags, args.progress)
     tests = requirement_rows(supervisor, chosen(supervisor, args.model))
     args.progress.clear()
-    warnings = sort_diagnostics(loaded.diagnostics + supervisor.diagnostics)
+    warnings = errors.sort_diagnostics(loaded.diagnostics + supervisor.diagnostics)
     text = rendered(evidence(supervisor, verified, runs, tests, warnings, __version__), suffix)
     if args.output is None:
         print(text, end="")
     else:
-        write_text(args.output, text)
+        model_files.write_text(args.output, text)
     return runs.exit_code if verified.verified else 1
 
 
@@ -343,7 +335,7 @@ def _lsp(args: Arguments) -> int:
     try:
         import pygls.lsp.server  # noqa: F401
     except ModuleNotFoundError as error:
-        raise UsageError(
+        raise errors.UsageError(
             f"the language server needs pygls 2, and {sys.executable} has no module"
             f" {error.name!r}: pip install 'pygls>=2,<3', or robosc with its extra, robosc[lsp]"
         ) from error
@@ -358,25 +350,21 @@ def _mcp(args: Arguments) -> int:
         import jsonschema  # noqa: F401  # the SDK needs it, too
         import mcp.server.lowlevel  # noqa: F401
     except ModuleNotFoundError as error:
-        raise UsageError(
+        raise errors.UsageError(
             f"the server for agents needs the official SDK, mcp 2, and {sys.executable} has no"
             f" module {error.name!r}: pip install 'mcp>=2.3,<3', or robosc with its extra,"
             " robosc[mcp]"
         ) from error
-    from robosc.agents.start import Service, serve_running, serve_simulated
+    from robosc.agents.start import serve
     from robosc.simulate.faults import InvalidLine
     from robosc.simulate.start import parameters
 
-    service = Service(args.http, args.read_only, args.log)
     supervisor = _supervise(args)
+    how = {"port": args.http, "read_only": args.read_only, "log": args.log}
     try:
-        given = parameters(args.parameter)
-        if args.ros is None:
-            serve_simulated(supervisor, given, service, __version__)
-        else:
-            serve_running(supervisor, args.ros, os.environ, service, __version__)
+        serve(supervisor, args.ros, os.environ, parameters(args.parameter), __version__, **how)
     except InvalidLine as fault:
-        raise UsageError(str(fault)) from None
+        raise errors.UsageError(str(fault)) from None
     return 0
 
 
@@ -385,22 +373,24 @@ def _view(args: Arguments) -> int:
 
     where = Where(args.host, args.port)
     if args.export is not None and args.log is None:
-        raise UsageError("--export writes a recording: give its log with --log FILE")
+        raise errors.UsageError("--export writes a recording: give its log with --log FILE")
     if args.ros is not None:
         if args.model is not None:
-            raise UsageError("a running node publishes its model itself: leave MODEL out")
+            raise errors.UsageError("a running node publishes its model itself: leave MODEL out")
         from robosc.view.node import view_node
 
         view_node(args.ros, where, os.environ, args.operate)
         return 0
     if args.operate is not None or args.model is None:
-        raise UsageError("what is to be viewed? Give a MODEL, or --ros NODE (needed by --operate)")
+        raise errors.UsageError(
+            "what is to be viewed? Give a MODEL, or --ros NODE (needed by --operate)"
+        )
     from robosc.simulate.bags.bag_files import target_of
     from robosc.view.start import export_log, view_log, view_model
 
     supervisor = _supervise(args, target_of(args.log))
     if args.export is not None:
-        write_text(args.export, export_log(supervisor, args.log))
+        model_files.write_text(args.export, export_log(supervisor, args.log))
     elif args.log is not None:
         view_log(supervisor, args.log, where)
     else:
@@ -411,7 +401,7 @@ def _view(args: Arguments) -> int:
 def _load(args: Arguments, target: pipeline.Target | None = None) -> Robot:
     """The robot of the model; its warnings are shown. ``target``: that of a bag."""
     loaded = pipeline.load(args.model, _options(args, target is not None), target)
-    tell(loaded.diagnostics)
+    console.tell(loaded.diagnostics)
     return loaded.robot
 
 

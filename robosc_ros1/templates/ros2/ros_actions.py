@@ -47,6 +47,9 @@ LONGEST = 60.0
 lost: a server keeps ten for a client that does not take them at once."""
 GONE = 5.0
 """Seconds without the server after which a cancelled goal counts as ended."""
+SETTLED = 0.5
+"""Seconds after which a server that was found, and has told of no goals, is taken to have none:
+what it told before comes soon after it was found, but later."""
 GONE_SERVER = Failure("server lost: it is not there any more", None, LOST)
 
 
@@ -109,12 +112,23 @@ class Action(Caller):
         self._own = deque(maxlen=OWN_IDS)  # ids of the goals that were sent
         self._foreign = (frozenset(), frozenset())  # ids of others' goals, and of their servers
         self._heard = time.monotonic()
+        self._found = (frozenset(), 0.0)  # the servers, and when the latest of them was found
+        self._told = 0.0  # when a server told of its goals
 
     def ready(self):
         """Return whether the server takes a goal, and has ended those that were cancelled and those
         of others. One that was not cancelled is replaced."""
         unended = any(action.has_unended() for action in (self, *self.siblings))
-        return not unended and self.is_served() and not self.foreign()
+        return not unended and self.is_served() and self._is_known() and not self.foreign()
+
+    def _is_known(self):
+        """Return whether it is known which goals the servers carry out."""
+        servers, since = self._found
+        found = frozenset(self._servers())
+        if found - servers:
+            since = time.monotonic()
+        self._found = (found, since)
+        return self._told > since or time.monotonic() - since >= SETTLED
 
     def check(self, data):
         compose(self._type.Goal(), data, self._node.get_clock())
@@ -136,6 +150,7 @@ class Action(Caller):
         return self.client.server_is_ready()
 
     def fault(self):
+        self._is_known()  # so that later goals need not wait
         foreign = self.foreign()
         if foreign:
             return FOREIGN % (self.label, ", ".join(sorted(foreign)))
@@ -172,6 +187,8 @@ class Action(Caller):
         own = {known for action in (self, *self.siblings) for known in list(action._own)}
         foreign = frozenset(going_on - own)
         self._foreign = (foreign, frozenset(self._servers()) if foreign else frozenset())
+        self._is_known()  # from now on
+        self._told = time.monotonic()
 
     def foreign(self):
         """Return the ids of the goals that others sent and that their server has not ended, as

@@ -15,6 +15,7 @@ from typing import Any
 
 import anyio
 import anyio.to_thread
+import mcp_types as types
 from mcp.client.client import Client
 from mcp.client.stdio import StdioServerParameters, stdio_client
 from mcp.client.streamable_http import streamable_http_client
@@ -54,7 +55,8 @@ async def main() -> None:
     else:
         server = StdioServerParameters(command=sys.argv[1], args=sys.argv[2:], env=dict(os.environ))
         transport = stdio_client(server)
-    async with Client(transport) as client:
+    who = types.Implementation(name=os.environ.get("AGENT_NAME", "agent"), version="1")
+    async with Client(transport, client_info=who) as client:
         while line := await anyio.to_thread.run_sync(sys.stdin.readline):
             order = json.loads(line)
             if "call" in order:

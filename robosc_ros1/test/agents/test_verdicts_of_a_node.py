@@ -10,9 +10,13 @@ import pytest
 from emit.generated_code import supervisor_of
 
 from robosc.agents import running
-from robosc.agents.outcomes import CallWatch
-from robosc.agents.running import End, Running, Verdicts
+from robosc.agents.calls import CallWatch
+from robosc.agents.running import End, Running
+from robosc.agents.simulated import Simulated
 from robosc.agents.tools import Tool, tools
+from robosc.simulate.start import machine_maker
+from robosc.view.hub import Hub
+from robosc.view.listening import Heard
 
 MODEL = """robot Door {
     interface lock use SetBool from std_srvs
@@ -38,20 +42,23 @@ MODEL = """robot Door {
 
 def told(kind: str, name: str, value: Any = None, **more: Any) -> str:
     event = {"kind": kind, "name": name, "value": value}
-    return json.dumps({"version": 1, "event": event, "outcome": "applied", **more})
+    more = more if "blocked_by" in more else {"outcome": "applied", **more}
+    return json.dumps({"version": 1, "event": event, **more})
 
 
 class Told:
     """A caller whose node tells these documents before it answers."""
 
-    def __init__(self, verdicts: Verdicts, documents: list[str], end: End) -> None:
-        self._verdicts, self._documents, self._end = verdicts, documents, end
+    def __init__(self, hub: Hub, documents: list[str], end: End) -> None:
+        self._documents, self._end = documents, end
+        self.heard = Heard("/door", hub)
 
     def publish(self, topic: str, data: Any) -> None:
         for document in self._documents:
-            self._verdicts.event(document)
+            self.heard.blocked(document)
+            self.heard.event(document)
 
-    def call(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
+    def call(self, name: str, type_: str, data: Any, told: Any) -> End:
         self.publish(name, data)
         return self._end
 
@@ -63,19 +70,53 @@ class Told:
 
 @pytest.fixture(scope="module")
 def offered() -> dict[str, Tool]:
-    robot = supervisor_of(MODEL).plant.robot
-    return {tool.name: tool for tool in tools(robot, True)}
+    robot = supervisor_of(MODEL, supervises=True).plant.robot
+    return {tool.name: tool for tool in tools(robot)}
+
+
+LIMITED = """robot Limited {
+    component Base {
+        parameter most: double = 1.0
+        incoming message drive with identifier: "/drive", type: double
+        behaviour { initial marked state on {} }
+    }
+    requirement drive needs value <= Base.most
+    stop with nothing
+}"""
+
+
+def test_what_if_of_a_node_is_with_its_parameters() -> None:
+    supervisor = supervisor_of(LIMITED, supervises=True)
+    make = machine_maker(supervisor, execute=True)
+    hub = Hub()
+    caller = Told(hub, [], ("answered", {}))
+    node = Running(caller, hub, make, guarded=True)  # type: ignore[arg-type]
+    (drive,) = tools(supervisor.plant.robot)
+    state = Simulated(make, {}).state()
+    for most, outcome in ((1.0, "blocked"), (3.0, "sent")):
+        told_ = {**state, "version": 1, "parameters": {"Base/most": most}}
+        caller.heard.state(json.dumps(told_))
+        found = node.what_if([(drive, {"value": 2.0})])
+        assert found["results"][0]["outcome"] == outcome
+        assert "requirement drive needs value <= Base.most" in node.why(drive)
 
 
 def ask(
     tool: Tool, arguments: dict[str, Any], documents: list[str], end: End = ("answered", {})
 ) -> dict[str, Any]:
-    verdicts = Verdicts()
-    caller = Told(verdicts, documents, end)
-    node = Running("/door", caller, verdicts, lambda given: None, guarded=True)  # type: ignore[arg-type, return-value]
-    return node.ask(tool, arguments, CallWatch(lambda report: None)).document()
+    hub = Hub()
+    caller = Told(hub, documents, end)
+    node = Running(caller, hub, lambda given: None, guarded=True)  # type: ignore[arg-type, return-value]
+    found: dict[str, Any] = node.ask(tool, arguments, CallWatch())
+    return found
 
 
+STRANGE = [
+    '{"version": 1, "outcome": "applied", "event": 3}',
+    '{"version": 1, "outcome": "applied", "event": {"kind": [], "name": {}}}',
+    '{"version": 1, "blocked_by": [], "event": null}',
+    "[",
+]
 PASSED = told("request", "lock", {"data": True})
 BLOCKED = told("request", "lock", {"data": True}, blocked_by=[{"kind": "requirement", "text": "R"}])
 
@@ -92,6 +133,8 @@ BLOCKED = told("request", "lock", {"data": True}, blocked_by=[{"kind": "requirem
         ([told("response", "lock"), BLOCKED], "blocked"),
         ([told("error", "lock"), PASSED, told("response", "lock")], "answered"),
         ([told("request", "lock", {"data": False}), told("response", "lock"), BLOCKED], "blocked"),
+        # What no node tells.
+        ([*STRANGE, PASSED, *STRANGE, told("response", "lock")], "answered"),
     ],
 )
 def test_a_service_that_always_answers(

@@ -107,7 +107,10 @@ def try_everything(agent: Agent, robot: Robot, trial: Trial, rounds: int, seed: 
             if answer["outcome"] == "blocked":
                 assert answer["blocked_by"] and all(answer["why"]), answer
                 for reason in answer["blocked_by"]:
-                    assert reason["kind"] != "requirement" or reason["place"], answer
+                    if reason["kind"] == "requirement":
+                        assert reason["text"] and reason["place"], answer
+                        # One part alone is the whole of it.
+                        assert reason.get("because") or " and " not in reason["text"], answer
             else:
                 assert answer["outcome"] in ("sent", "corrected", "answered"), answer
                 passed += 1

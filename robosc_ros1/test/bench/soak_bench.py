@@ -1,4 +1,4 @@
-"""Generated nodes of all four kinds for a long time, beside bare relays: latency and memory.
+"""Generated nodes of all four kinds for a long time beside bare relays: time, memory, files.
 
 ``./dev bench soak``, ``-- --seconds 1200`` for a long one. Controllers and supervisors of
 ``soak.rscd`` run on ROS 1 and ROS 2 at once, each with 20 scans of 360 numbers per second. Needs
@@ -80,15 +80,20 @@ def main(arguments: list[str] | None = None) -> int:
         stack.enter_context(running(probe, env, folder, "probe"))
         graph.start(bed.python, HERE / "soak_node.py", "2", *words, found[1])
         memory: dict[str, list[int]] = {name: [] for name in nodes}
+        held: dict[str, list[tuple[int, ...]]] = {name: [] for name in nodes}
         end = time.monotonic() + 2 * args.seconds + 120
         while not all(file.exists() for file in found):
             assert time.monotonic() < end, "the nodes that measure did not end"
             for name, pid in nodes.items():
                 memory[name].append(resident(pid))
+                process = Path(f"/proc/{pid}")
+                held[name].append(
+                    tuple(sum(1 for _ in (process / kind).iterdir()) for kind in ("task", "fd"))
+                )
             time.sleep(1.0)
         time.sleep(1.0)
         taken = [json.loads(file.read_text(encoding="utf-8")) for file in found]
-    return report(taken, memory)
+    return report(taken, memory, held)
 
 
 def generated(folder: Path, target: pipeline.Target, mode: pipeline.Mode) -> Path:
@@ -110,7 +115,11 @@ def running(command: list[str], env: dict[str, str], folder: Path, name: str) ->
             process.kill()
 
 
-def report(taken: list[dict[str, Any]], memory: dict[str, list[int]]) -> int:
+def report(
+    taken: list[dict[str, Any]],
+    memory: dict[str, list[int]],
+    held: dict[str, list[tuple[int, ...]]],
+) -> int:
     """Print what was measured; 1 if a limit is exceeded."""
     failed = False
     for version, found in enumerate(taken, 1):
@@ -128,7 +137,14 @@ def report(taken: list[dict[str, Any]], memory: dict[str, list[int]]) -> int:
             start, middle, end = (space[int(f * (len(space) - 1))] for f in (0.1, 0.5, 1.0))
             print(f"  {name:20} {told(own, relay)}  lost {lost}")
             print(f"  {'':20} memory {start} kB, {middle} kB, {end} kB")
+            half = len(held[name]) // 2
+            first, second = (
+                tuple(map(max, zip(*part, strict=True)))
+                for part in (held[name][:half], held[name][half:])
+            )
+            print(f"  {'':20} at most {first[0]} threads, {first[1]} files; then {second}")
             failed |= lost > 0 or end > GROWTH * middle
+            failed |= any(later > before for before, later in zip(first, second, strict=True))
             failed |= any(own[q] > LIMIT * relay[q] for q in ("median", "99 %"))
         print(f"  documents heard: {found['shown']}")
     return int(failed)

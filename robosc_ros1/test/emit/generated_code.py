@@ -6,7 +6,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from robosc.emit.controller.assembly import ControllerContext, controller_context
+from robosc.emit.controller.assembly import controller_context
+from robosc.emit.controller.template_data import ControllerContext
 from robosc.emit.package.rendering import render
 from robosc.model.resolve import load
 from robosc.plant.build import lower

@@ -11,7 +11,7 @@ from emit.generated_code import controller_class
 from robosc.expr.evaluation import Undefined, part_of_value
 from robosc.expr.tree import Leaf, PhaseRef, StateRef, ValueRef, VariableRef
 from robosc.expr.types import Value
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
 from robosc.plant.data.terms import value_of
 from robosc.plant.step import Verdict, holds, outcome

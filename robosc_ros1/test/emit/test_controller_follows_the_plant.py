@@ -16,8 +16,7 @@ from quick import quick_first
 from random_models import random_model
 from runtime.lamp_robot import PlayedPort
 
-from robosc.emit.controller.python import path_text
-from robosc.expr.traversal import walk
+from robosc.expr.traversal import path_text, walk
 from robosc.expr.tree import ValueRef
 from robosc.expr.types import (
     BooleanType,
@@ -29,7 +28,7 @@ from robosc.expr.types import (
     Type,
     Value,
 )
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.plant import part_names
 from robosc.plant.automaton import Event, Plant, PlantState, StateVariable, VariableKind
 from robosc.plant.step import Verdict, holds, outcome, valuations

@@ -16,7 +16,7 @@ from data_models import SAMPLES, data_model
 from emit.steps_of_controllers import Run, step
 from quick import quick_first
 
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.model.resolve import load
 from robosc.plant.build import lower
 from robosc.plant.step import holds

@@ -12,7 +12,7 @@ from quick import quick_first
 from synthesis.test_missions_differential import mission
 
 from robosc.errors import Severity
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.model.resolve import load
 from robosc.plant.build import lower
 from robosc.plant.step import holds

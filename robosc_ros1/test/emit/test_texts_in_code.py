@@ -13,8 +13,8 @@ from quick import quick_first
 from ros_support import EXAMPLES
 
 from robosc import pipeline
-from robosc.emit.controller.assembly import ControllerContext
 from robosc.emit.controller.python_literals import literal
+from robosc.emit.controller.template_data import ControllerContext
 
 ROBOTS = [
     *(file for file in sorted(EXAMPLES.rglob("*.rscd")) if file.parent.name != "libraries"),

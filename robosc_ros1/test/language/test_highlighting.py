@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 from kept import Kept
+from language.highlighting import with_keywords
 
-from robosc.language.highlighting import with_keywords
 from robosc.language.keywords import KEYWORDS
 
 GRAMMAR = Path(__file__).parents[3] / "editors" / "vscode" / "syntaxes" / "rscd.tmLanguage.json"

@@ -6,7 +6,7 @@ import pytest
 
 from robosc.errors import render_all
 from robosc.expr.tree import FALSE
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.model.resolve import load
 from robosc.plant.automaton import Event, Plant, VariableKind
 from robosc.plant.build import lower

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from model.model_text import resolve
 
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.plant.build import lower
 from robosc.plant.step import outcome, valuations
 

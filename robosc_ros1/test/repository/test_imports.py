@@ -108,6 +108,8 @@ def imports(file: Path) -> Iterator[tuple[int, str]]:
             module = node.module or ""
             if module == "robosc":  # from robosc import pipeline
                 yield from ((node.lineno, f"robosc.{alias.name}") for alias in node.names)
+            elif (SOURCES / module.replace(".", "/")).is_dir():  # from robosc.expr import tree
+                yield from ((node.lineno, f"{module}.{alias.name}") for alias in node.names)
             else:
                 yield node.lineno, module
 

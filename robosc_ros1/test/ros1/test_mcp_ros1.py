@@ -24,7 +24,7 @@ from agents.tried import (
     try_everything,
 )
 from ros1.stage import Node, Puppet, Stage
-from ros_support import await_condition
+from ros_support import EXAMPLES, Master, Workspace, await_condition
 
 MODEL = str(LINE_FOLLOWER)
 NODE = "line_follower_supervisor"
@@ -66,7 +66,7 @@ def test_what_an_agent_commands_reaches_the_robot_only_where_it_is_allowed(
         assert (told["error"], told["outcome"]) == (True, "blocked"), told
         assert any("move needs" in reason["text"] for reason in told["blocked_by"])
         sense(robot, node, 2.0, "free")
-        await_condition(lambda: agent.call("why", command="move")["text"] == "allowed now", "it")
+        await_condition(lambda: "now: enabled" in agent.call("why", command="move")["text"], "it")
         told = agent.call("move", linear={"x": 0.3})
         assert told == {"error": False, "outcome": "sent"}
         assert robot.hears("/vel")["linear"]["x"] == 0.3
@@ -90,6 +90,19 @@ def test_a_goal_reports_progress_and_ends_where_its_client_cancels_it(
         node.shows(lambda s: s["communications"]["grab"] != "busy")
 
 
+def test_the_goal_of_a_client_that_is_killed_is_cancelled(
+    guarded: Stage, robot: Puppet, start_agent: StartAgent
+) -> None:
+    with running(guarded, robot, start_agent) as (node, agent):
+        sense(robot, node, 0.1, "obstructed")
+        assert agent.call("stop")["outcome"] == "sent"
+        agent.begin(call="grab", arguments={})
+        node.shows(lambda s: s["communications"]["grab"] == "busy")
+        agent.process.kill()
+        agent.process.wait()
+        robot.wait(lambda line: line.get("cancelled") == "/grab", "the cancel")
+
+
 def test_nothing_is_sent_while_the_operator_holds(
     guarded: Stage, robot: Puppet, start_agent: StartAgent
 ) -> None:
@@ -105,6 +118,63 @@ def test_nothing_is_sent_while_the_operator_holds(
         told = agent.call("move", linear={"x": 0.3})
         assert told["outcome"] in ("refused", "blocked"), told
         assert all(m["linear"]["x"] == 0.0 for m in robot.all_heard("/vel"))
+
+
+def test_a_call_to_a_node_that_dies_ends(
+    guarded: Stage, robot: Puppet, start_agent: StartAgent
+) -> None:
+    with running(guarded, robot, start_agent) as (node, agent):
+        sense(robot, node, 0.1, "obstructed")
+        assert agent.call("stop")["outcome"] == "sent"
+        agent.begin(call="grab", arguments={})
+        node.shows(lambda s: s["communications"]["grab"] == "busy")
+        node.process.kill()
+        told = agent.hear()
+        assert (told["error"], told["outcome"]) == (True, "unknown")
+        assert "silent" in told["why"][0]
+        told = agent.call("stop")
+        assert (told["outcome"], "silent" in told["why"][0]) == ("refused", True)
+
+
+@pytest.fixture
+def orders(example_workspace: Workspace, shared_master: Master) -> Stage:
+    return Stage(example_workspace, shared_master)
+
+
+def test_an_agent_orders_what_a_controller_serves(orders: Stage, start_agent: StartAgent) -> None:
+    """It is told why an order is not taken, how far one is, and that it has ended."""
+    name = "order_controller"
+    environment = orders.workspace.environment(master=orders.master)
+    drive = {"name": "/drive", "type": "robot_common/NavigateAction"}
+    way = {"x": [1.0], "y": [2.0]}
+    model = (str(EXAMPLES / "order" / "order.rscd"), "--mode", "controller")
+    with (
+        orders.puppet() as base,
+        orders.puppet() as ear,
+        orders.controller(ear, name, stop__silence=3600.0) as node,
+        start_agent(*model, "--ros", f"/{name}", env=environment) as agent,
+    ):
+        base.do("action", **drive, mode="hold")
+        await_condition(lambda: agent.call("state").get("components"), "the state")
+        told = agent.call("order", **way)
+        assert (told["error"], told["outcome"]) == (True, "refused")
+        assert "stop.fresh" in told["why"][0]
+        ear.publish("/emergency_stop", "std_msgs/Bool", False)
+        node.shows(lambda s: s["communications"]["stop"] == "fresh")
+        agent.begin(call="order", arguments=way)
+        base.wait(lambda line: line.get("asked") == "/drive", "a drive")
+        assert agent.hear()["progress"]["reached"] == 0
+        base.do("finish", name="/drive", mode="succeed")
+        while "progress" in (told := agent.hear()):
+            pass
+        assert (told["error"], told["outcome"]) == (False, "answered")
+        assert told["answer"] == {"reached": 1, "message": "done"}
+        mark = base.mark
+        agent.begin(call="order", arguments=way, cancel_after=1)
+        while "progress" in (told := agent.hear()):
+            pass
+        assert told == {"gave_up": True}
+        base.wait(lambda line: line.get("cancelled") == "/drive", "the cancel", since=mark)
 
 
 ROUNDS = 12

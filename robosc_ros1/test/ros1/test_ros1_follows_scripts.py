@@ -13,7 +13,8 @@ from scripted import SCENES, SLOW, Script, drawn, play, supervisor_of
 
 from robosc.emit.package import ros1_target
 from robosc.emit.write.writer import write
-from robosc.model.entities import Communication, Kind
+from robosc.language.events import Kind
+from robosc.model.entities import Communication
 
 
 class Ros1Side:

@@ -29,6 +29,7 @@ CACHE = REPOSITORY / ".cache" / f"ros2{_SUFFIX}"
 REQUIREMENTS = HERE / f"requirements{_SUFFIX}.txt"
 INTERFACES = (
     HERE / "interfaces" / "robosc_testing",
+    HERE / "interfaces" / "sensor_msgs",
     HERE / "interfaces" / "tf2_msgs",
     REPOSITORY / "examples" / "robot_common",
 )

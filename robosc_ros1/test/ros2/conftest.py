@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import reflecting
 from agents.agent_support import sdk, start_agent
-from agents.tried import LINE_FOLLOWER
+from agents.tried import LIBRARIES, LIMITER, LINE_FOLLOWER
 from emit.golden_packages import GOLDEN
 from primitives import PRIMITIVES_OF_ROS2
 from ros2.bed import HERE, REPOSITORY, Bed, Unavailable, test_bed
@@ -120,6 +120,8 @@ def _build(bed: Bed, folder: Path) -> None:
         prefix=known,
     )
     generate(folder, LINE_FOLLOWER, "--mode", "supervisor", prefix=known)
+    rover = ("--mode", "supervisor", "--library-path", str(LIBRARIES))
+    generate(folder, LIMITER, *rover, prefix=known)
     for mode in ("supervisor", "monitor"):
         generate(folder, HERE / "models" / "crane.rscd", "--mode", mode, prefix=known)
     mirror = HERE / "models" / "mirror.rscd"

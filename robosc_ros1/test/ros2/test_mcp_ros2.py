@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +11,17 @@ from typing import Any
 
 import pytest
 from agents.agent_support import Agent, StartAgent
-from agents.tried import LINE_FOLLOWER, TRIALS, Arrived, Trial, rounds, try_everything
+from agents.tried import (
+    LIBRARIES,
+    LIMITER,
+    LINE_FOLLOWER,
+    TRIALS,
+    Arrived,
+    Trial,
+    called,
+    rounds,
+    try_everything,
+)
 from ros2.bed import HERE
 from ros2.ros2_support import Graph, Peer, Process
 from ros_support import SOURCES, await_condition
@@ -47,6 +58,7 @@ def test_an_agent_commands_through_the_supervisor(
     robot.serve("door/lock", "std_srvs/srv/SetBool")
     robot.act("reach", "robosc_testing/action/Move")
     controller(NODE)
+    robot.expect_state(NODE, lambda s: "/speed" not in s["unconnected"])
     with running(graph, sdk, start_agent) as agent:
 
         def heard() -> list[dict[str, object]]:
@@ -56,11 +68,11 @@ def test_an_agent_commands_through_the_supervisor(
             return robot.events("message", name="speed")
 
         assert await_condition(heard, "a speed")[0]["data"] == {"data": 12.5}
-        told = agent.call("warn")
+        told = called(agent, "warn", {})
         assert (told["error"], told["outcome"]) == (True, "blocked"), told
         assert "Person.where = near" in told["why"][0]
         assert robot.events("message", name="beacon") == []
-        told = agent.call("lock", data=True)
+        told = called(agent, "lock", {"data": True})
         assert told["outcome"] == "blocked", told
         robot.publish("go", "std_msgs/msg/Bool", {"data": True})
         robot.expect_state(NODE, lambda s: s["variables"]["Operator.wanted"])
@@ -78,6 +90,25 @@ def test_an_agent_commands_through_the_supervisor(
         assert agent.hear() == {"gave_up": True}
         robot.expect("cancel", name="reach")
         robot.order("tell_server", id=goal["id"], end="canceled")
+
+
+def test_a_call_to_a_node_that_dies_ends(
+    graph: Graph, controller: Start, sdk: str, start_agent: StartAgent
+) -> None:
+    robot = graph.peer("robot")
+    robot.watch(NODE)
+    robot.serve("door/lock", "std_srvs/srv/SetBool")
+    supervisor = controller(NODE)
+    robot.expect_state(NODE, lambda s: "/door/lock" not in s["unconnected"])
+    robot.publish("go", "std_msgs/msg/Bool", {"data": True})
+    robot.expect_state(NODE, lambda s: s["variables"]["Operator.wanted"])
+    with running(graph, sdk, start_agent) as agent:
+        agent.begin(call="lock", arguments={"data": True})
+        robot.expect("request", name="door/lock")
+        supervisor.signal(signal.SIGKILL)
+        told = agent.hear()
+        assert (told["error"], told["outcome"]) == (True, "unknown")
+        assert "silent" in told["why"][0]
 
 
 FLOAT = "std_msgs/msg/Float32"
@@ -122,6 +153,20 @@ class LineFollower(Played):
         self._peer.expect_state(
             self.node, lambda s: s["variables"]["DistanceSensor.current"] == state
         )
+
+
+class Limited(Played):
+    inputs = ("scan",)
+
+    def __init__(self, peer: Peer) -> None:
+        super().__init__(peer, "limiter_supervisor", {"cmd_vel": "message"})
+        peer.subscribe("cmd_vel", TWIST)
+
+    def sense(self, value: float) -> None:
+        scan = {"ranges": [value] * 360, "range_min": 0.05, "range_max": 10.0}
+        self._peer.publish("scan", "sensor_msgs/msg/LaserScan", scan)
+        ahead = pytest.approx(value, abs=1e-6)
+        self._peer.expect_state(self.node, lambda s: s["variables"]["Laser.ahead"] == ahead)
 
 
 class Crane(Played):
@@ -207,10 +252,11 @@ CRANE = Trial(
     ("play", "model", "trial"),
     [
         (LineFollower, (str(LINE_FOLLOWER),), TRIALS["line_follower"]),
+        (Limited, (str(LIMITER), "--library-path", str(LIBRARIES)), TRIALS["limiter"]),
         (Crane, (str(HERE / "models" / "crane.rscd"),), CRANE),
         (GuardedArm, (MODEL,), ARM),
     ],
-    ids=["line_follower", "crane", "guarded_arm"],
+    ids=["line_follower", "limiter", "crane", "guarded_arm"],
 )
 def test_an_agent_that_tries_everything_violates_nothing(
     graph: Graph,
@@ -225,7 +271,7 @@ def test_an_agent_that_tries_everything_violates_nothing(
     node = robot.node
     reliable: dict[str, object] = {f"qos__{name}__reliability": "reliable" for name in robot.inputs}
     silence: dict[str, object] = {
-        f"timeout__{name}": 600.0 for name in robot.inputs if name == "distance"
+        f"timeout__{name}": 600.0 for name in robot.inputs if name in ("distance", "scan")
     }
     controller(node, **reliable, **silence)
     robot.meet()

@@ -230,7 +230,7 @@ def test_no_goal_is_sent_while_the_one_before_may_be_accepted(
 def test_nothing_is_asked_of_a_server_while_another_of_its_actions_goes_on(
     graph: Graph, controller: Start
 ) -> None:
-    timeouts = {"timeout__drive": 0.5, "server_lost_after": 0.5, "timeout__home": 60.0}
+    timeouts = {"timeout__drive": 1.5, "server_lost_after": 0.5, "timeout__home": 60.0}
     controller("shared_controller", qos__target__reliability="reliable", **timeouts)
     robot, name = graph.peer(), "navigate"
     robot.watch("shared_controller")

@@ -11,7 +11,8 @@ import pytest
 from ros2.ros2_support import Graph, Peer, Process
 from scripted import SCENES, SLOW, Script, drawn, play
 
-from robosc.model.entities import Communication, Kind
+from robosc.language.events import Kind
+from robosc.model.entities import Communication
 
 _FOLDERS = {Kind.SERVICE: "srv", Kind.ACTION: "action"}
 _ENDS = {"response": "succeed", "error": "abort", "cancelled": "canceled"}

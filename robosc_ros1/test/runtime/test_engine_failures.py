@@ -78,6 +78,21 @@ def test_an_unforeseen_exception_is_a_safe_stop() -> None:
     assert "ZeroDivisionError" in played.engine.stopped
 
 
+def test_a_limit_of_memory_is_told_as_the_cause_of_a_safe_stop() -> None:
+    """What asks for more than the machine, or ``ulimit -v``, gives."""
+    played = Played(stop_command=HALT)
+    played.begin()
+    played.see(50)
+    token = played.port.tokens[ARM]
+    played.engine.invoke(lambda: bytearray(2**62))  # type: ignore[arg-type, return-value]
+    played.engine.cycle()
+    assert played.port.take() == [HALT]
+    assert (ARM, token) in played.port.cancelled
+    assert played.engine.stopped is not None
+    assert "no memory is left, or a limit of it is reached" in played.engine.stopped
+    assert any("MemoryError" in text for _, text in played.port.logs)
+
+
 def test_a_message_that_cannot_be_sent_changes_nothing_and_is_tried_again_at_the_rate() -> None:
     played = Played(rate=10.0)
     played.port.broken = {HALT}

@@ -158,6 +158,26 @@ def test_what_an_operator_holds_a_manager_does_not_free() -> None:
     assert (played.engine.stopped, played.wait(1.0)) == (HELD, [])
 
 
+def test_a_node_that_is_not_active_is_held_once_it_is() -> None:
+    """Who holds a robot must not see it move because a manager activates the node."""
+    played = Played()
+    played.begin()
+    played.engine.suspend()
+    played.engine.cycle()
+    assert order(played, "release") == [], "nobody holds it"
+    order(played, "hold")
+    played.see(CLEAR)
+    assert played.engine.resume()
+    played.engine.cycle()
+    assert (played.engine.stopped, played.wait(1.0)) == (HELD, [])
+    played.engine.suspend()
+    played.engine.cycle()
+    assert order(played, "release") == []
+    assert played.engine.resume()
+    played.engine.cycle()
+    assert (played.engine.stopped, GO in played.wait(1.0)) == (None, True)
+
+
 def test_nodes_that_send_nothing_refuse_orders() -> None:
     bench = Shadowed()
     bench.begin()

@@ -15,8 +15,8 @@ from synthesis.oracle_events import AGREED, Event, Occurrence, OracleState
 from synthesis.oracle_plant import OraclePlant, Transition
 from synthesis.oracle_values import Path
 
-from robosc.language.events import Kind
-from robosc.model.entities import Communication, EventKind, Goal
+from robosc.language.events import EventKind, Kind
+from robosc.model.entities import Communication, Goal
 
 SENT = (EventKind.REQUEST, EventKind.ANSWER, EventKind.PROGRESS)
 """What carries data of the controller, and yields to what is preferred."""

@@ -20,8 +20,9 @@ from robosc.expr.tree import (
     ValueRef,
     VariableRef,
 )
+from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Transition, Variable
-from robosc.model.entities import Assumption, Communication, Component, EventKind, Kind, Robot
+from robosc.model.entities import Assumption, Communication, Component, Robot
 
 OracleState = tuple[Any, ...]
 

@@ -18,9 +18,9 @@ from synthesis.oracle_events import (
 from synthesis.oracle_values import Impossible, OutOfRange, UndefinedValue
 
 from robosc.expr.types import IntegerType
-from robosc.language.events import command_key
+from robosc.language.events import EventKind, command_key
 from robosc.model import automata
-from robosc.model.entities import Component, EventKind
+from robosc.model.entities import Component
 
 
 @dataclass(frozen=True)

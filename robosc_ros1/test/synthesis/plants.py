@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosc.errors import render_all
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.model.resolve import load
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.build import lower

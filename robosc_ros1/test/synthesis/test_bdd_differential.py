@@ -14,7 +14,7 @@ from synthesis.plants import plant_of, replay
 from synthesis.subject import robot_of
 
 from robosc.expr.tree import Expr
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.plant.automaton import Plant
 from robosc.plant.logic import conjunction, negation
 from robosc.plant.step import Verdict, holds

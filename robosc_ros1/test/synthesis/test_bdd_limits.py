@@ -40,6 +40,27 @@ def test_too_little_memory_is_told() -> None:
         synthesize_bdd(plant_of(scattered(60)), memory=2**20)
 
 
+@needs_library
+@pytest.mark.parametrize("seed", range(3))
+def test_garbage_is_no_lack_of_memory(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library collects in its own thread, and does not wait for that."""
+    monkeypatch.setattr(manager, "_FEWEST_NODES", 2**14)
+    rng = random.Random(seed)
+    diagrams = manager.Manager(40, memory=2**19)
+    assert diagrams.capacity < 2**15
+    # Whether there is room is asked before an operation, which may be long.
+    monkeypatch.setattr(diagrams, "make_room", lambda forget: None)
+
+    def build() -> object:
+        pairs = [(rng.randrange(40), rng.randrange(40)) for _ in range(8)]
+        return diagrams.union(
+            diagrams.literal(left, True) & diagrams.literal(right, True) for left, right in pairs
+        )
+
+    for _ in range(1000):
+        diagrams.run(build)
+
+
 @pytest.mark.slow
 @needs_library
 def test_memory_stays_within_the_limit() -> None:

@@ -15,7 +15,8 @@ from synthesis.plants import plant_of, supervisor_of
 from synthesis.subject import robot_of
 
 from robosc import limits
-from robosc.model.entities import EventKind, Robot
+from robosc.language.events import EventKind
+from robosc.model.entities import Robot
 from robosc.plant.build import lower
 from robosc.supervisor import Explanation, Supervisor
 from robosc.synthesis import synthesize

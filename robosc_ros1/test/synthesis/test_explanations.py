@@ -21,7 +21,7 @@ from synthesis.plants import (
 from synthesis.subject import robot_of
 
 from robosc.errors import Severity
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.plant.build import lower
 from robosc.plant.step import Verdict, holds
 from robosc.synthesis import synthesize

@@ -11,7 +11,7 @@ from synthesis.oracle_values import OutOfRange
 from synthesis.subject import robot_of
 
 from robosc import pipeline
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.supervisor import Step
 
 pytestmark = pytest.mark.slow

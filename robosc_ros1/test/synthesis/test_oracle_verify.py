@@ -15,7 +15,7 @@ from synthesis.subject import robot_of
 from robosc import pipeline
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE, Expr
-from robosc.model.entities import EventKind
+from robosc.language.events import EventKind
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
 from robosc.synthesis.verify import verification

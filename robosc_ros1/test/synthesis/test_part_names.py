@@ -16,7 +16,7 @@ from synthesis.subject import robot_of
 from robosc import pipeline
 from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, StateRef
+from robosc.expr.tree import Expr, NamedPart, StateRef
 from robosc.lsp import synthesis_process
 from robosc.plant import part_names
 from robosc.plant.logic import conjunction, disjunction, negation
@@ -87,7 +87,7 @@ def test_random_guards_are_what_they_were(seed: int, every_part: None) -> None:
     assert names.used(short) == names.definitions
     for expr in short:
         found = {part.name for part in names.used([expr])}
-        assert {p.variable for p in walk(expr) if isinstance(p, part_names.NamedPart)} <= found
+        assert {p.variable for p in walk(expr) if isinstance(p, NamedPart)} <= found
 
 
 FAMILIES = [

@@ -15,8 +15,9 @@ from synthesis.test_oracle_differential import engines
 from robosc import pipeline
 from robosc.expr.tree import Literal
 from robosc.expr.types import DoubleType
+from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Behaviour, State, Transition
-from robosc.model.entities import Component, EventKind, Kind, Preference, Robot
+from robosc.model.entities import Component, Preference, Robot
 
 subjects = pytest.mark.parametrize("subject", SUBJECTS, ids=lambda s: s.__name__)
 SECOND = Literal(1.0, DoubleType())

@@ -2,104 +2,61 @@
 
 from __future__ import annotations
 
-import importlib
-import time
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from robosc.agents.outcomes import CallWatch
-from robosc.agents.running import End
-from robosc.runtime.shortening import Shortener
-from robosc.view.ros2 import Ros2, filled
-from robosc.view.server import Unable
-
-PATIENCE = 2.0
-"""Seconds for which a call waits for its server."""
-_LOOK = 0.02
-_LEAVING = 5.0
-"""Seconds for the end of a goal that was cancelled."""
+from robosc.agents.running import End, RequestNews
+from robosc.view import operating, ros2, server
 
 
-class Ros2Caller:
-    """A :class:`~robosc.agents.running.Caller` beside a listener, whose thread turns the node."""
+class Ros2Caller(ros2.Ros2):
+    """A :class:`~robosc.agents.running.Caller`; the listener's thread turns the node."""
 
-    def __init__(self, listener: Ros2) -> None:
-        self._listener = listener
-        self._clients: dict[str, Any] = {}
+    TOPICS = (*ros2.Ros2.TOPICS, "blocked")
 
-    def publish(self, topic: str, data: Any) -> None:
-        self._listener.publish(topic, data)
+    def call(self, name: str, type_: str, data: Any, told: RequestNews) -> End:
+        class_ = ros2.known_class(type_, "srv")
+        request = ros2.filled(class_.Request, data)
+        client = self._client(name, self.node.create_client, class_)
+        if not client.wait_for_service(operating.PATIENCE):
+            raise server.Unable(f"nobody serves {name}")
+        answer = client.call_async(request)
+        ended = told.wait(answer.done)
+        if ended is not None:
+            client.remove_pending_request(answer)
+            return ended
+        return "answered", answer.result()
 
-    def call(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
-        class_ = _class(type_, "srv")
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = self._listener.node.create_client(class_, name)
-        request = _filled(class_.Request, data)
-        if not client.wait_for_service(PATIENCE):
-            raise Unable(f"nobody serves {name}")
-        future = client.call_async(request)
-        while not future.done():
-            if watch.cancelled.is_set():
-                client.remove_pending_request(future)
-                return "failed", "nobody waits for the answer any more"
-            time.sleep(_LOOK)
-        return "answered", Shortener()(future.result())
-
-    def goal(self, name: str, type_: str, data: Any, watch: CallWatch) -> End:
+    def goal(self, name: str, type_: str, data: Any, told: RequestNews) -> End:
         from action_msgs.msg import GoalStatus
         from rclpy.action import ActionClient
 
-        class_ = _class(type_, "action")
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = ActionClient(self._listener.node, class_, name)
-        goal = _filled(class_.Goal, data)
-        if not client.wait_for_server(PATIENCE):
-            raise Unable(f"nobody serves {name}")
+        class_ = ros2.known_class(type_, "action")
+        goal = ros2.filled(class_.Goal, data)
+        client = self._client(name, partial(ActionClient, self.node), class_)
+        if not client.wait_for_server(operating.PATIENCE):
+            raise server.Unable(f"nobody serves {name}")
         sending = client.send_goal_async(
-            goal, feedback_callback=lambda told: watch.report(Shortener()(told.feedback))
+            goal, feedback_callback=lambda message: told.watch.report(message.feedback)
         )
-        if not _done(sending, _LEAVING):
-            return "failed", "nobody said whether the goal is accepted; it may still run"
+        # One that is cancelled so soon is cancelled below, once it is accepted.
+        ended = told.wait(sending.done, lambda: None)
+        if ended is not None:
+            return ended
         handle = sending.result()
         if not handle.accepted:
             return "refused", "the goal was rejected"
         ending = handle.get_result_async()
-        asked = None
-        while not ending.done():
-            if watch.cancelled.is_set() and asked is None:
-                handle.cancel_goal_async()
-                asked = time.monotonic()
-            if asked is not None and time.monotonic() - asked > _LEAVING:
-                return "failed", "it was cancelled, and has not ended"
-            time.sleep(_LOOK)
-        result = ending.result()
-        answer = Shortener()(result.result)
-        if result.status == GoalStatus.STATUS_SUCCEEDED:
+        ended = told.wait(ending.done, handle.cancel_goal_async)
+        if ended is not None:
+            return ended
+        status, answer = ending.result().status, ending.result().result
+        if status == GoalStatus.STATUS_SUCCEEDED:
             return "answered", answer
-        return "cancelled" if result.status == GoalStatus.STATUS_CANCELED else "failed", answer
+        return "cancelled" if status == GoalStatus.STATUS_CANCELED else "failed", answer
 
-    def close(self) -> None:
-        self._listener.close()
-
-
-def _done(future: Any, timeout: float) -> bool:
-    end = time.monotonic() + timeout
-    while not future.done() and time.monotonic() < end:
-        time.sleep(_LOOK)
-    return bool(future.done())
-
-
-def _class(type_: str, kind: str) -> Any:
-    package, _, name = type_.partition("/")
-    try:
-        return getattr(importlib.import_module(f"{package}.{kind}"), name)
-    except (ImportError, AttributeError):
-        raise Unable(f"this machine has no {type_}: source the workspace that has it") from None
-
-
-def _filled(class_: Any, data: Any) -> Any:
-    try:
-        return filled(class_, data)
-    except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
-        raise Unable(f"this does not fit {class_.__name__}: {error}") from None
+    def _client(self, name: str, make: Callable[[Any, str], Any], class_: Any) -> Any:
+        if name not in self._clients:
+            self._clients[name] = make(class_, name)
+        return self._clients[name]

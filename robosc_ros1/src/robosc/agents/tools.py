@@ -11,18 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from robosc.emit.supervisor.command_recognition import command_matches
-from robosc.expr.types import (
-    ArrayType,
-    BooleanType,
-    EnumType,
-    IntegerType,
-    NoneType,
-    ObjectType,
-    StringType,
-    Type,
-)
-from robosc.language.events import EventKind, Kind
-from robosc.language.tokens import tokenize
+from robosc.expr import types
+from robosc.language import events, tokens
 from robosc.model.entities import Communication, Robot
 from robosc.source import Source, Span
 
@@ -34,17 +24,15 @@ OWN = ("state", "why", "what_if", "cancel", "play")
 WHOLE = "value"
 """The argument of a tool whose message has one field, or none that the model names."""
 
-_COMMANDS = (Kind.INCOMING, Kind.SERVICE, Kind.ACTION)
-_SERVED = (Kind.SERVED_SERVICE, Kind.SERVED_ACTION)
+_COMMANDS = (events.Kind.INCOMING, events.Kind.SERVICE, events.Kind.ACTION)
+_SERVED = (events.Kind.SERVED_SERVICE, events.Kind.SERVED_ACTION)
 _WORDS = {
-    Kind.INCOMING: "Send the command",
-    Kind.SERVICE: "Call the service",
-    Kind.ACTION: "Start the action",
-    Kind.SERVED_SERVICE: "Ask the controller for",
-    Kind.SERVED_ACTION: "Give the controller the order",
+    events.Kind.INCOMING: "Send the command",
+    events.Kind.SERVICE: "Call the service",
+    events.Kind.ACTION: "Start the action",
+    events.Kind.SERVED_SERVICE: "Ask the controller for",
+    events.Kind.SERVED_ACTION: "Give the controller the order",
 }
-_DEPTH = 8
-"""Levels of nested fields that a schema describes; deeper ones take any value."""
 
 
 @dataclass(frozen=True)
@@ -69,28 +57,28 @@ class Tool:
         return self.communication.key
 
     @property
-    def serves(self) -> bool:
-        """Whether the controller serves it: the agent calls it as the robot's people do."""
-        return self.communication.kind in _SERVED
+    def is_action(self) -> bool:
+        return self.communication.kind in (events.Kind.ACTION, events.Kind.SERVED_ACTION)
 
 
-def tools(robot: Robot, guarded: bool) -> tuple[Tool, ...]:
+def tools(robot: Robot) -> tuple[Tool, ...]:
     """Return the tools of a robot: what a guarded controller may send, or what the controller
     serves.
 
     Raises:
         ModelError: messages of one topic cannot be distinguished by their data.
     """
+    guarded = robot.supervises
     fixed = _fixed(robot) if guarded else {}
     taken = set(OWN)
     found = []
     for communication in robot.communications.values():
         if (communication.kind in _COMMANDS) if guarded else (communication.kind in _SERVED):
-            name = _unique(robot.display_names[communication.key], taken)
-            data = fixed.get(communication.key)
-            schema = _arguments(NoneType() if data is not None else communication.request)
-            text = "\n".join(_description(robot, communication, guarded))
             title = robot.display_names[communication.key]
+            name = _unique(title, taken)
+            data = fixed.get(communication.key)
+            schema = _arguments(types.NoneType() if data is not None else communication.request)
+            text = "\n".join(_description(robot, communication, guarded))
             alike = tuple(
                 robot.display_names[c.key]
                 for c in robot.communications.values()
@@ -127,11 +115,11 @@ def _description(robot: Robot, communication: Communication, guarded: bool) -> I
         yield comment
     if guarded:
         rules = [r for r in robot.requirements if communication.key in r.communications]
-        rules = [r for r in rules if r.concerns(EventKind.REQUEST) and not r.implied]
+        rules = [r for r in rules if r.concerns(events.EventKind.REQUEST) and not r.implied]
         if rules:
             yield "It is blocked unless these requirements hold:"
             yield from (f"- {rule.text}" for rule in rules)
-    if communication.kind in (Kind.ACTION, Kind.SERVED_ACTION):
+    if communication.kind in (events.Kind.ACTION, events.Kind.SERVED_ACTION):
         yield "It takes a while: progress is reported, and the call ends when the action has ended."
 
 
@@ -154,7 +142,7 @@ def comment_of(span: Span) -> str:
 
 
 def _comments(source: Source) -> Iterator[tuple[int, str]]:
-    for comment in tokenize(source).comments:
+    for comment in tokens.tokenize(source).comments:
         text = comment.text.removeprefix("//").removeprefix("/*").removesuffix("*/")
         yield source.text.count("\n", 0, comment.start) + 1, " ".join(text.split())
 
@@ -162,41 +150,39 @@ def _comments(source: Source) -> Iterator[tuple[int, str]]:
 # --- schemas -------------------------------------------------------------------------------------
 
 
-def _arguments(type_: Type) -> Json:
+def _arguments(type_: types.Type) -> Json:
     """The arguments of a tool as JSON Schema: an object, as the protocol asks."""
     match type_:
-        case NoneType():
+        case types.NoneType():
             return {"type": "object", "properties": {}, "additionalProperties": False}
-        case ObjectType():
-            return _schema(type_, _DEPTH)
+        case types.ObjectType():
+            return _schema(type_)
     return {
         "type": "object",
-        "properties": {WHOLE: _schema(type_, _DEPTH)},
+        "properties": {WHOLE: _schema(type_)},
         "required": [WHOLE],
         "additionalProperties": False,
     }
 
 
-def _schema(type_: Type, depth: int) -> Json:
+def _schema(type_: types.Type) -> Json:
     """A type as JSON Schema. Fields that are left out keep their defaults in ROS."""
     match type_:
-        case BooleanType():
+        case types.BooleanType():
             return {"type": "boolean"}
-        case IntegerType(bounds=bounds):
+        case types.IntegerType(bounds=bounds):
             limits = {} if bounds is None else {"minimum": bounds[0], "maximum": bounds[1]}
             return {"type": "integer", **limits}
-        case StringType():
+        case types.StringType():
             return {"type": "string"}
-        case EnumType(values=values):
+        case types.EnumType(values=values):
             return {"enum": list(values)}
-        case ArrayType(element=element) if depth:
-            return {"type": "array", "items": _schema(element, depth - 1)}
-        case ObjectType(properties=properties) if depth:
+        case types.ArrayType(element=element):
+            return {"type": "array", "items": _schema(element)}
+        case types.ObjectType(properties=properties):
             return {
                 "type": "object",
-                "properties": {name: _schema(part, depth - 1) for name, part in properties},
+                "properties": {name: _schema(part) for name, part in properties},
                 "additionalProperties": False,
             }
-        case ArrayType() | ObjectType():
-            return {}
     return {"type": "number"}

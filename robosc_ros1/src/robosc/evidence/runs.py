@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from robosc.progress import Progress
-from robosc.runtime.model import Controller
-from robosc.runtime.reasons import violated
+from robosc.runtime import model, reasons
 from robosc.simulate.bags.judgement import judge
 from robosc.simulate.bags.judgement_report import judgement_notes, said_at
 from robosc.simulate.event_log import LogEntry
@@ -103,18 +102,18 @@ def _follow(supervisor: Supervisor, log: str, shown: dict[str, RequirementRecord
     return RecordedRun(log, replayed.events, tuple(found), replayed.exit_code)
 
 
-def _shown_by_state(controller: Controller) -> Iterator[str]:
+def _shown_by_state(controller: model.Controller) -> Iterator[str]:
     """The requirements of which a state alone tells whether they hold commands back."""
     for command in controller.COMMANDS:
         if command.kind == "request" and command.read is None:
             yield from (controller.REQUIREMENTS[i].text for i in command.requirements)
 
 
-def _held_back(controller: Controller) -> Iterator[tuple[tuple[str, str], list[str]]]:
+def _held_back(controller: model.Controller) -> Iterator[tuple[tuple[str, str], list[str]]]:
     """Requirements by which commands that the components would take are not allowed now."""
     for command in controller.COMMANDS:
         if command.kind == "request" and command.read is None and fits(controller, command):
-            for reason in violated(controller, command):
+            for reason in reasons.violated(controller, command):
                 yield (reason["text"], command.key), reason.get("because", [])
 
 

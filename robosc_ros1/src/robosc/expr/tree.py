@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeAlias, cast
 
-from robosc.expr.types import BooleanType, EnumRule, EnumType, StringType, Type, Value
-from robosc.language.functions import AGGREGATES, CALLS, CONVERSION, MADE, PART, PRESENCE
-from robosc.language.operators import BINARY, UNARY, Operator, Result
+from robosc.expr import types
+from robosc.language import functions, operators
 from robosc.runtime.settings import parameter_name
 from robosc.source import Span
 
@@ -28,8 +27,8 @@ class Literal:
     point in time is ``NOW``. 0.0 and -0.0 differ, since quotients by them do.
     """
 
-    value: Value
-    type: Type
+    value: types.Value
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def __eq__(self, other: object) -> bool:
@@ -52,7 +51,7 @@ class VariableRef:
 
     component: str
     variable: str
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
 
     @property
@@ -69,7 +68,7 @@ class StateRef:
     state: str
     span: Span | None = field(default=None, compare=False, repr=False)
     within: tuple[str, ...] = ()
-    type: ClassVar[Type] = BooleanType()
+    type: ClassVar[types.Type] = types.BooleanType()
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -87,8 +86,8 @@ class RosParameter:
     """
 
     key: str
-    type: Type
-    default: Value = field(compare=False)
+    type: types.Type
+    default: types.Value = field(compare=False)
     span: Span = field(compare=False, repr=False)
     required: bool = field(default=False, compare=False)
     bounds: tuple[float, float] | None = None
@@ -107,7 +106,7 @@ class ParameterRef:
     span: Span | None = field(default=None, compare=False, repr=False)
 
     @property
-    def type(self) -> Type:
+    def type(self) -> types.Type:
         return self.parameter.type
 
 
@@ -120,7 +119,7 @@ class PhaseRef:
     phase: str
     span: Span | None = field(default=None, compare=False, repr=False)
     within: tuple[str, ...] = ()
-    type: ClassVar[Type] = BooleanType()
+    type: ClassVar[types.Type] = types.BooleanType()
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -136,7 +135,7 @@ class ValueRef:
     """
 
     path: tuple[str | int, ...]
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
     optional: bool = False
 
@@ -152,7 +151,7 @@ class TestRef:
 
     subject: Expr
     other: Expr | None
-    type: Type
+    type: types.Type
     name: str
     span: Span | None = field(default=None, compare=False, repr=False)
 
@@ -187,7 +186,7 @@ class Unary:
 
     operator: str
     operand: Expr
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
     _hash: int | None = field(default=None, init=False, compare=False, repr=False)
 
@@ -195,8 +194,8 @@ class Unary:
         return _kept_hash(self, self._hash)
 
     @property
-    def operation(self) -> Operator:
-        return UNARY[self.operator]
+    def operation(self) -> operators.Operator:
+        return operators.UNARY[self.operator]
 
     @property
     def operands(self) -> tuple[Expr, ...]:
@@ -210,7 +209,7 @@ class Binary:
     operator: str
     left: Expr
     right: Expr
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
     _hash: int | None = field(default=None, init=False, compare=False, repr=False)
 
@@ -218,8 +217,8 @@ class Binary:
         return _kept_hash(self, self._hash)
 
     @property
-    def operation(self) -> Operator:
-        return BINARY[self.operator]
+    def operation(self) -> operators.Operator:
+        return operators.BINARY[self.operator]
 
     @property
     def operands(self) -> tuple[Expr, ...]:
@@ -240,12 +239,12 @@ class Call:
 
     operator: str
     operands: tuple[Expr, ...]
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
 
     @property
-    def operation(self) -> Operator:
-        return CALLS[self.operator]
+    def operation(self) -> operators.Operator:
+        return functions.CALLS[self.operator]
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,12 +256,12 @@ class ElementRef:
 
     variable: str
     path: tuple[str | int, ...]
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
     constant: bool = False
 
     @property
-    def carried(self) -> Type:
+    def carried(self) -> types.Type:
         """The type of what is there; what is carried for an enum is converted by it."""
         return _of_constant(self.type) if self.constant else self.type
 
@@ -300,18 +299,18 @@ class Aggregate:
     array: Expr
     element: Expr
     condition: Expr | None
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
     position: str = ""
 
     @property
     def makes_array(self) -> bool:
         """Whether it is an array, which is undefined if one of its elements is."""
-        return self.operation.result is Result.ARRAY
+        return self.operation.result is operators.Result.ARRAY
 
     @property
-    def operation(self) -> Operator:
-        return AGGREGATES[self.operator]
+    def operation(self) -> operators.Operator:
+        return functions.AGGREGATES[self.operator]
 
     @property
     def operands(self) -> tuple[Expr, ...]:
@@ -323,9 +322,9 @@ class Convert:
     """An enum used as a function: ``Way(value.front)``."""
 
     argument: Expr
-    type: EnumType
+    type: types.EnumType
     span: Span | None = field(default=None, compare=False, repr=False)
-    operation: ClassVar[Operator] = CONVERSION
+    operation: ClassVar[operators.Operator] = functions.CONVERSION
     """The row common to all enums; :func:`robosc.expr.evaluation.converted` gives values."""
 
     @property
@@ -343,13 +342,13 @@ class Part:
 
     operand: Expr
     path: tuple[str | int, ...]
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
-    operator: ClassVar[str] = PART.spelling
-    operation: ClassVar[Operator] = PART
+    operator: ClassVar[str] = functions.PART.spelling
+    operation: ClassVar[operators.Operator] = functions.PART
 
     @property
-    def carried(self) -> Type:
+    def carried(self) -> types.Type:
         """The type of what is there; what is carried for an enum is converted by it."""
         return _of_constant(self.type) if is_constant_data(self.operand) else self.type
 
@@ -364,9 +363,9 @@ class Holds:
 
     operand: Expr
     span: Span | None = field(default=None, compare=False, repr=False)
-    type: ClassVar[Type] = BooleanType()
-    operator: ClassVar[str] = PRESENCE.spelling
-    operation: ClassVar[Operator] = PRESENCE
+    type: ClassVar[types.Type] = types.BooleanType()
+    operator: ClassVar[str] = functions.PRESENCE.spelling
+    operation: ClassVar[operators.Operator] = functions.PRESENCE
 
     @property
     def operands(self) -> tuple[Expr, ...]:
@@ -382,10 +381,10 @@ class Made:
 
     names: tuple[str, ...]
     operands: tuple[Expr, ...]
-    type: Type
+    type: types.Type
     span: Span | None = field(default=None, compare=False, repr=False)
-    operator: ClassVar[str] = MADE.spelling
-    operation: ClassVar[Operator] = MADE
+    operator: ClassVar[str] = functions.MADE.spelling
+    operation: ClassVar[operators.Operator] = functions.MADE
 
     def of(self, values: Sequence[Any]) -> Any:
         """The object or array with these values: a dict or a tuple."""
@@ -397,8 +396,8 @@ Leaf: TypeAlias = VariableRef | StateRef | PhaseRef | ParameterRef | ValueRef | 
 Operation: TypeAlias = Unary | Binary | Call | Aggregate | Convert | Part | Made | Holds
 Expr: TypeAlias = Literal | Leaf | Operation
 
-TRUE = Literal(True, BooleanType())
-FALSE = Literal(False, BooleanType())
+TRUE = Literal(True, types.BooleanType())
+FALSE = Literal(False, types.BooleanType())
 
 
 def is_constant_data(expr: Expr) -> bool:
@@ -408,11 +407,11 @@ def is_constant_data(expr: Expr) -> bool:
     return isinstance(expr, Literal) or (isinstance(expr, ElementRef) and expr.constant)
 
 
-def _of_constant(type_: Type) -> Type:
+def _of_constant(type_: types.Type) -> types.Type:
     """The type of a part of a constant, which has the names of an enum's values."""
-    return StringType() if isinstance(type_, EnumType) else type_
+    return types.StringType() if isinstance(type_, types.EnumType) else type_
 
 
-def condition_of(rule: EnumRule) -> Expr:
+def condition_of(rule: types.EnumRule) -> Expr:
     """The condition of an enum's rule, which reads the incoming value as a ``ValueRef``."""
     return cast(Expr, rule.condition)

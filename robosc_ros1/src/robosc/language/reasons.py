@@ -41,9 +41,6 @@ REASONS = (
 )
 """All reasons; the first one is what simulated errors have if nothing else is said."""
 
-WITH_VALUE = (REFUSED, FAILED)
-"""The reasons of errors that may bring a value; that of a failed service never does."""
-
 
 def reasons_of(kind: Kind) -> tuple[str, ...]:
     """Return the reasons for which a kind of communication fails; none if it has no errors."""

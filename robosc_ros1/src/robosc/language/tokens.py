@@ -14,11 +14,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
-from robosc import limits
-from robosc.errors import Diagnostic, Severity
+from robosc import errors, limits, remedies
 from robosc.language.keywords import KEYWORDS, UNITS, Role, words_of
 from robosc.language.operators import infix_signs, symbols
-from robosc.remedies import Change, Hint, Remedy, write
 from robosc.source import Source, Span
 
 _PLAIN, INTEGER, NUMBER, BAD_NUMBER, STRING = "n", "0", "1", "9", "s"
@@ -63,15 +61,15 @@ _TOKEN = re.compile(
 
 _DOUBLE = re.compile(r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 
-_ADVICE: dict[str, Hint] = {
-    ";": Remedy("no separator stands between declarations", Change.REMOVE),
+_ADVICE: dict[str, remedies.Hint] = {
+    ";": remedies.Remedy("no separator stands between declarations", remedies.Change.REMOVE),
     "&": "write 'and'; has(number, mask) tells whether bits are set",
     "|": "write 'or'; has(number, mask) tells whether bits are set",
-    "&&": write("and"),
-    "||": write("or"),
+    "&&": remedies.write("and"),
+    "||": remedies.write("or"),
     "?": "there is no conditional expression: use 'provide … if', or 'if' in transitions",
     "#": "a comment begins with '//'",
-    "~": write("!", " for 'not'"),
+    "~": remedies.write("!", " for 'not'"),
     "\u00a0": "a plain space is meant",
     "\u201c": "a straight quote is meant",
     "\u201d": "a straight quote is meant",
@@ -79,9 +77,9 @@ _ADVICE: dict[str, Hint] = {
     "\u2019": "a straight quote is meant",
     "\u2013": "a plain '-' is meant",
     "\u2212": "a plain '-' is meant",
-    "\u2264": write("<="),
-    "\u2265": write(">="),
-    "\u2260": write("!="),
+    "\u2264": remedies.write("<="),
+    "\u2265": remedies.write(">="),
+    "\u2260": remedies.write("!="),
 }
 
 
@@ -153,7 +151,7 @@ class Tokens:
     starts: list[int]
     ends: list[int]
     comments: tuple[Comment, ...]
-    diagnostics: tuple[Diagnostic, ...]
+    diagnostics: tuple[errors.Diagnostic, ...]
     faults: tuple[int, ...]
     open_end: bool
     binary: bool = False
@@ -331,7 +329,7 @@ def _marked(text: str, kinds: str, starts: list[int], ends: list[int]) -> str:
     return "".join(changed)
 
 
-def _fault(source: Source, what: str, start: int, end: int) -> Diagnostic:
+def _fault(source: Source, what: str, start: int, end: int) -> errors.Diagnostic:
     if what == "hash":  # what follows is meant as a comment
         return _bad_character(source, start, start + 1)
     if what == "bad":
@@ -345,23 +343,23 @@ def _fault(source: Source, what: str, start: int, end: int) -> Diagnostic:
     return _error(source, "unterminated-comment", start, start + 2, message, _close("*/"))
 
 
-def _close(sign: str) -> Remedy:
-    return Remedy(f"close it with {sign}", Change.CLOSE, (sign,))
+def _close(sign: str) -> remedies.Remedy:
+    return remedies.Remedy(f"close it with {sign}", remedies.Change.CLOSE, (sign,))
 
 
-def _bad_character(source: Source, start: int, end: int) -> Diagnostic:
+def _bad_character(source: Source, start: int, end: int) -> errors.Diagnostic:
     found = source.text[start:end]
     shown = found if found.isprintable() else " ".join(f"U+{ord(c):04X}" for c in found[:4])
     if len(shown) > 20:
         shown = shown[:20] + "…"
     if found.isalpha():
-        hint: Hint | None = "names have the letters a-z and A-Z, digits and '_'"
+        hint: remedies.Hint | None = "names have the letters a-z and A-Z, digits and '_'"
     else:
         hint = _ADVICE.get(found) or _ADVICE.get(found[0])
     return _error(source, "bad-character", start, end, f"'{shown}' has no meaning here", hint)
 
 
 def _error(
-    source: Source, code: str, start: int, end: int, message: str, hint: Hint | None = None
-) -> Diagnostic:
-    return Diagnostic(Severity.ERROR, code, message, Span(source, start, end), hint)
+    source: Source, code: str, start: int, end: int, message: str, hint: remedies.Hint | None = None
+) -> errors.Diagnostic:
+    return errors.Diagnostic(errors.Severity.ERROR, code, message, Span(source, start, end), hint)

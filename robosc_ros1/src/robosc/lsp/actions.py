@@ -9,21 +9,11 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from robosc.errors import Diagnostic
+from robosc import errors, remedies
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.ros_definitions import fits
-from robosc.remedies import Change
 from robosc.source import Source, Span
-from robosc.syntax.nodes import (
-    BehaviourNode,
-    ComponentNode,
-    DeclarationNode,
-    EnumNode,
-    FileNode,
-    ImportNode,
-    MessageNode,
-    StateNode,
-)
+from robosc.syntax import nodes
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +33,7 @@ class Action:
 _INDENT = "    "
 
 
-def actions_for(analysis: Analysis, diagnostic: Diagnostic) -> list[Action]:
+def actions_for(analysis: Analysis, diagnostic: errors.Diagnostic) -> list[Action]:
     """What can be done about a diagnostic of this text, if anything."""
     remedy = diagnostic.remedy
     if remedy is None or diagnostic.span.source is not analysis.source:
@@ -56,7 +46,7 @@ class _Place:
     """A diagnostic in a text, what is declared there, and edits of it."""
 
     analysis: Analysis
-    diagnostic: Diagnostic
+    diagnostic: errors.Diagnostic
 
     @property
     def source(self) -> Source:
@@ -88,24 +78,24 @@ class _Place:
         return self.insert(begin, f"{outer}{_INDENT}{line}\n")
 
     @property
-    def file(self) -> FileNode | None:
+    def file(self) -> nodes.FileNode | None:
         """The file as it is written; None if it could not be read."""
         contents = self.analysis.contents
         return (contents.scope.node.written or contents.scope.node) if contents else None
 
     @property
-    def components(self) -> list[ComponentNode]:
+    def components(self) -> list[nodes.ComponentNode]:
         declarations = self.file.declarations if self.file else ()
-        return [node for node in declarations if isinstance(node, ComponentNode)]
+        return [node for node in declarations if isinstance(node, nodes.ComponentNode)]
 
     @property
-    def declaration(self) -> DeclarationNode | None:
+    def declaration(self) -> nodes.DeclarationNode | None:
         """The declaration of the file around the diagnostic."""
         declarations = self.file.declarations if self.file else ()
         around = (d for d in declarations if d.span.start <= self.span.start < d.span.end)
         return next(around, None)
 
-    def message(self, name: str) -> MessageNode | None:
+    def message(self, name: str) -> nodes.MessageNode | None:
         """The only message of that name, or ``Component.name``."""
         component, _, bare = name.rpartition(".")
         found = [
@@ -113,19 +103,19 @@ class _Place:
             for owner in self.components
             if component in ("", owner.name.text)
             for item in owner.items
-            if isinstance(item, MessageNode) and item.name.text == bare
+            if isinstance(item, nodes.MessageNode) and item.name.text == bare
         ]
         return found[0] if len(found) == 1 else None
 
 
-def _behaviour(component: object) -> BehaviourNode | None:
-    items = component.items if isinstance(component, ComponentNode) else ()
-    return next((item for item in items if isinstance(item, BehaviourNode)), None)
+def _behaviour(component: object) -> nodes.BehaviourNode | None:
+    items = component.items if isinstance(component, nodes.ComponentNode) else ()
+    return next((item for item in items if isinstance(item, nodes.BehaviourNode)), None)
 
 
-def _state(component: object, name: str) -> StateNode | None:
+def _state(component: object, name: str) -> nodes.StateNode | None:
     behaviour = _behaviour(component)
-    states = [i for i in (behaviour.items if behaviour else ()) if isinstance(i, StateNode)]
+    states = [i for i in (behaviour.items if behaviour else ()) if isinstance(i, nodes.StateNode)]
     for state in states:  # appended to below
         states.extend(state.states)
     return next((state for state in states if state.name.text == name), None)
@@ -161,7 +151,7 @@ def _close(place: _Place, sign: str) -> Iterator[Action]:
 
 
 def _add_default(place: _Place, rule: str) -> Iterator[Action]:
-    if isinstance(place.declaration, EnumNode):
+    if isinstance(place.declaration, nodes.EnumNode):
         yield Action(f"Add '{rule}'", (place.inside(place.declaration.span, rule),))
 
 
@@ -197,11 +187,11 @@ def _link(place: _Place, name: str, declaration: str | None = None) -> Iterator[
 
 
 def _type(node: object) -> Span | None:
-    return node.type.span if isinstance(node, MessageNode) else None
+    return node.type.span if isinstance(node, nodes.MessageNode) else None
 
 
 def _add_import(place: _Place, text: str) -> Iterator[Action]:
-    if isinstance(node := place.declaration, ImportNode):
+    if isinstance(node := place.declaration, nodes.ImportNode):
         below = f"\n{place.indent(node.span.start)}{text}"
         yield Action(f"Add '{text}'", (place.insert(node.span.end, below),))
 
@@ -249,18 +239,18 @@ def _line_of(span: Span) -> Span:
     return span
 
 
-_RULES: Mapping[Change, Callable[..., Iterator[Action]]] = {
-    Change.REPLACE: _replace,
-    Change.REMOVE: _remove,
-    Change.REMOVE_INITIAL: _remove_initial,
-    Change.CLOSE: _close,
-    Change.ADD_DEFAULT: _add_default,
-    Change.MAKE_INITIAL: _make_initial,
-    Change.ADD_INITIAL: _add_initial,
-    Change.LINK: _link,
-    Change.ADD_IMPORT: _add_import,
-    Change.ADD_TRANSITION: _add_transition,
-    Change.ADD_TIMEOUT: _add_timeout,
-    Change.ADD_FRESHNESS: _add_freshness,
+_RULES: Mapping[remedies.Change, Callable[..., Iterator[Action]]] = {
+    remedies.Change.REPLACE: _replace,
+    remedies.Change.REMOVE: _remove,
+    remedies.Change.REMOVE_INITIAL: _remove_initial,
+    remedies.Change.CLOSE: _close,
+    remedies.Change.ADD_DEFAULT: _add_default,
+    remedies.Change.MAKE_INITIAL: _make_initial,
+    remedies.Change.ADD_INITIAL: _add_initial,
+    remedies.Change.LINK: _link,
+    remedies.Change.ADD_IMPORT: _add_import,
+    remedies.Change.ADD_TRANSITION: _add_transition,
+    remedies.Change.ADD_TIMEOUT: _add_timeout,
+    remedies.Change.ADD_FRESHNESS: _add_freshness,
 }
 """What carries out each change: it takes the place and the parts of the remedy."""

@@ -10,14 +10,12 @@ from functools import cached_property
 from itertools import islice
 from pathlib import Path
 
-from robosc import limits
-from robosc.errors import Diagnostic, UsageError
+from robosc import errors, limits
 from robosc.lsp.completion.context import Context, Landmarks, context_at
 from robosc.lsp.ros_definitions import carriers
-from robosc.model.file_resolver import FileContents
+from robosc.model import file_resolver, resolve
 from robosc.model.libraries import LibraryFinder
 from robosc.model.names.occurrences import NameIndex
-from robosc.model.resolve import ReadResult, read
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import Definition
 from robosc.source import MODEL_SUFFIXES, Source
@@ -36,7 +34,7 @@ class Analysis:
     """A text, what reading it has found, and the definitions that it was held against."""
 
     source: Source
-    reading: ReadResult
+    reading: resolve.ReadResult
     definitions: MessageDefinitions
 
     @property
@@ -44,7 +42,7 @@ class Analysis:
         return self.source.path
 
     @property
-    def contents(self) -> FileContents | None:
+    def contents(self) -> file_resolver.FileContents | None:
         return self.reading.contents
 
     @property
@@ -58,7 +56,7 @@ class Analysis:
         return carriers(self.contents, self.definitions) if self.contents is not None else {}
 
     @property
-    def diagnostics(self) -> tuple[Diagnostic, ...]:
+    def diagnostics(self) -> tuple[errors.Diagnostic, ...]:
         """Those of this file; errors in libraries stand where they are imported."""
         return self.reading.diagnostics
 
@@ -172,7 +170,7 @@ class Workspace:
     def analyse(self, source: Source) -> Analysis:
         definitions = self.definitions(source.path)
         with READING:
-            reading = read(
+            reading = resolve.read(
                 source, self.library_path, definitions, strict=self.strict, reader=self._reader
             )
         return Analysis(source, reading, definitions)
@@ -212,15 +210,15 @@ class Workspace:
         analyses = {file: self.analysis(file) for file in self.all_files(path)}
         return {file: analysis for file, analysis in analyses.items() if analysis is not None}
 
-    def _reader(self, path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+    def _reader(self, path: str) -> tuple[Source | None, tuple[errors.Diagnostic, ...]]:
         absolute = os.path.abspath(path)  # noqa: PTH100 (links stay)
         known = self._open.get(path) or self._open.get(absolute)
         return (known, ()) if known is not None else read_source(absolute)
 
-    def _read(self, path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+    def _read(self, path: str) -> tuple[Source | None, tuple[errors.Diagnostic, ...]]:
         try:
             return self._reader(path)
-        except UsageError:
+        except errors.UsageError:
             return None, ()
 
 

@@ -6,8 +6,7 @@ import textwrap
 from bisect import bisect_right
 from collections.abc import Iterator
 
-from robosc.language.events import EventKind
-from robosc.language.keywords import KEYWORDS
+from robosc.language import events, keywords
 from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.interfaces import definition_file
@@ -51,7 +50,7 @@ def keyword_hover(source: Source, offset: int) -> tuple[str, Span] | None:
     index = bisect_right(tokens.starts, offset) - 1
     if index < 0 or tokens.ends[index] < offset:
         return None
-    keyword = KEYWORDS.get(tokens.text(index))
+    keyword = keywords.KEYWORDS.get(tokens.text(index))
     if keyword is None or tokens.text(index - 1 if index else len(tokens)) == ".":
         return None
     return f"`{keyword.word}`: {keyword.meaning}", tokens.span(index, index + 1)
@@ -184,7 +183,7 @@ def _communication(analysis: Analysis, symbol: Symbol, derived: Derived | None) 
     own = (r for r in contents.robot.requirements if not r.implied)
     found = [r for r in own if info.key in r.communications]
     if found:
-        texts = (_requirement(r, EventKind.CANCEL in info.events) for r in found)
+        texts = (_requirement(r, events.EventKind.CANCEL in info.events) for r in found)
         yield "Requirements:\n\n" + _fenced("rscd", "\n".join(texts))
     if derived is not None:
         yield from _guards(info.key, derived)
@@ -192,7 +191,7 @@ def _communication(analysis: Analysis, symbol: Symbol, derived: Derived | None) 
 
 def _requirement(requirement: Requirement, is_action: bool) -> str:
     text = f"{' '.join(requirement.span.text.split())}  // line {requirement.span.line}"
-    cancels = is_action and requirement.concerns(EventKind.CANCEL)
+    cancels = is_action and requirement.concerns(events.EventKind.CANCEL)
     return f"{text}, also a reason to cancel it" if cancels else text
 
 

@@ -17,15 +17,10 @@ from typing import Any
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 
-from robosc import limits
-from robosc.errors import Diagnostic, sort_diagnostics
-from robosc.lsp import protocol
+from robosc import errors, limits, pipeline, resources
+from robosc.lsp import positions, protocol, refusals
 from robosc.lsp.analysis import Analysis, Workspace
-from robosc.lsp.positions import Encoding
-from robosc.lsp.refusals import Protocol
 from robosc.lsp.synthesis_process import Derived, command, derived_from, moved, request_for
-from robosc.pipeline import collector_at_rest
-from robosc.resources import diagnostics_page
 from robosc.source import Source
 
 _PAUSE = 0.05
@@ -51,7 +46,7 @@ class OpenTexts:
             "robosc",
             version,
             text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
-            protocol_cls=Protocol,
+            protocol_cls=refusals.Protocol,
         )
         self._workspace = workspace
         self._given_path = tuple(workspace.library_path)
@@ -67,7 +62,7 @@ class OpenTexts:
     # --- the client and its files ----------------------------------------------------------------
 
     @property
-    def encoding(self) -> Encoding:
+    def encoding(self) -> positions.Encoding:
         chosen = self.server.server_capabilities.position_encoding
         value = getattr(chosen, "value", chosen)
         return "utf-8" if value == "utf-8" else "utf-32" if value == "utf-32" else "utf-16"
@@ -244,7 +239,7 @@ class OpenTexts:
             source.path
         ):
             return None
-        with collector_at_rest():
+        with pipeline.collector_at_rest():
             return self._workspace.analyse(source)
 
     def _release(self, path: str) -> None:
@@ -254,7 +249,7 @@ class OpenTexts:
 
     def _tell(self, path: str) -> None:
         try:
-            with collector_at_rest():
+            with pipeline.collector_at_rest():
                 analysis = self._workspace.analysis(path)
         finally:
             self._release(path)
@@ -276,14 +271,14 @@ class OpenTexts:
             (d.uri for d in documents if protocol.path_of(d.uri) == path), protocol.uri_of(path)
         )
 
-    def diagnostics(self, analysis: Analysis) -> list[Diagnostic]:
+    def diagnostics(self, analysis: Analysis) -> list[errors.Diagnostic]:
         derived = self.derived.get(analysis.path)
         if derived is None or analysis.reading.robot is None:
-            return sort_diagnostics(analysis.diagnostics)
-        return sort_diagnostics([*analysis.diagnostics, *moved(derived, analysis.source)])
+            return errors.sort_diagnostics(analysis.diagnostics)
+        return errors.sort_diagnostics([*analysis.diagnostics, *moved(derived, analysis.source)])
 
     def shown(
-        self, analysis: Analysis, diagnostics: Sequence[Diagnostic]
+        self, analysis: Analysis, diagnostics: Sequence[errors.Diagnostic]
     ) -> list[types.Diagnostic]:
         return protocol.diagnostics_for(analysis.source, diagnostics, self.encoding, self._page)
 
@@ -315,7 +310,7 @@ class OpenTexts:
 
 def _installed_page() -> str | None:
     """The address of the page that explains the codes of diagnostics."""
-    page = diagnostics_page()
+    page = resources.diagnostics_page()
     return page.as_uri() if page is not None else None
 
 

@@ -12,40 +12,15 @@ from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Analysis, Workspace
 from robosc.model.names.data_directions import kind_of
 from robosc.source import Source, Span
-from robosc.syntax.nodes import (
-    ActionNode,
-    AssumeNode,
-    BehaviourNode,
-    CommunicationNode,
-    ComponentNode,
-    ConditionNode,
-    ConstantNode,
-    DeclarationNode,
-    EnumNode,
-    EnumRuleNode,
-    FileNode,
-    ForNode,
-    FunctionNode,
-    ImportNode,
-    InterfaceNode,
-    MessageNode,
-    ObjectNode,
-    ParameterNode,
-    PossibleNode,
-    PreferNode,
-    PropertyNode,
-    ProvideNode,
-    RequirementNode,
-    RequirementsNode,
-    ServiceNode,
-    StateNode,
-    StopNode,
-    TransformNode,
-    VariableNode,
-)
+from robosc.syntax import nodes
 
 _Node: TypeAlias = (
-    DeclarationNode | CommunicationNode | PropertyNode | EnumRuleNode | VariableNode | StateNode
+    nodes.DeclarationNode
+    | nodes.CommunicationNode
+    | nodes.PropertyNode
+    | nodes.EnumRuleNode
+    | nodes.VariableNode
+    | nodes.StateNode
 )
 
 
@@ -104,66 +79,71 @@ def outline(analysis: Analysis) -> tuple[OutlineItem, ...]:
     """The declarations of a file as a tree; empty if nothing could be read."""
     if analysis.contents is None:
         return ()
-    node: FileNode = analysis.contents.scope.node
+    node: nodes.FileNode = analysis.contents.scope.node
     node = node.written or node
     return (_named(node, node.kind, "", node.declarations),)
 
 
 def _item(node: _Node) -> OutlineItem:
     match node:
-        case ComponentNode():
+        case nodes.ComponentNode():
             return _named(node, "component", "component", _members(node))
-        case ImportNode():
+        case nodes.ImportNode():
             return _named(node, "component", f"{node.component.text} from {node.library.text}")
-        case ObjectNode():
+        case nodes.ObjectNode():
             return _named(node, "object", "object", node.properties)
-        case EnumNode():
+        case nodes.EnumNode():
             return _named(node, "enum", "enum", node.rules)
-        case EnumRuleNode(value=value):
+        case nodes.EnumRuleNode(value=value):
             return OutlineItem(value.text, "enum value", "", node.span, value.span)
-        case PropertyNode() | VariableNode() | ConstantNode() | ParameterNode():
+        case (
+            nodes.PropertyNode()
+            | nodes.VariableNode()
+            | nodes.ConstantNode()
+            | nodes.ParameterNode()
+        ):
             return _named(node, _TYPED[type(node)], node.type.span.text)
-        case ConditionNode():
+        case nodes.ConditionNode():
             return _named(node, "condition", "condition")
-        case FunctionNode():
+        case nodes.FunctionNode():
             return _named(node, "function", node.type.span.text)
-        case InterfaceNode():
+        case nodes.InterfaceNode():
             return _named(node, "interface", f"{node.package.text}/{node.type.text}")
-        case TransformNode():
+        case nodes.TransformNode():
             return _named(node, "communication", TRANSFORM)
-        case MessageNode():
+        case nodes.MessageNode():
             return _named(node, "communication", f"{node.direction} message")
-        case ServiceNode() | ActionNode():
+        case nodes.ServiceNode() | nodes.ActionNode():
             return _named(node, "communication", kind_of(node).value)
-        case StateNode():
+        case nodes.StateNode():
             words = ["initial"] * node.initial + ["marked"] * node.marked
             if node.performs is not None:
                 words.append(f"performs {node.performs.communication.span.text}")
             return _named(node, "state", " ".join(words), node.states)
-        case RequirementsNode(title=title):
+        case nodes.RequirementsNode(title=title):
             children = tuple(map(_item, node.statements))
             return OutlineItem(
                 title.text, "requirement", "requirement", node.span, title.span, children
             )
-        case RequirementNode() | PossibleNode() | AssumeNode():
+        case nodes.RequirementNode() | nodes.PossibleNode() | nodes.AssumeNode():
             label = " ".join(node.span.text.split()).removeprefix("requirement ")
             return OutlineItem(label, "requirement", "requirement", node.span, node.span)
-        case ProvideNode(communication=name):
+        case nodes.ProvideNode(communication=name):
             return OutlineItem(name.span.text, "provide", "provide", node.span, name.span)
-        case PreferNode():
+        case nodes.PreferNode():
             label = " ".join(node.span.text.split())
             return OutlineItem(label, "prefer", "prefer", node.span, node.span)
-        case StopNode(communication=name):
+        case nodes.StopNode(communication=name):
             return OutlineItem(name.span.text, "stop", "stop", node.span, name.span)
-        case ForNode():
+        case nodes.ForNode():
             label = f"for {node.variable.text} in {node.indexes.span.text}"
             children = tuple(map(_item, node.statements))
             return OutlineItem(label, "for", "for", node.span, node.variable.span, children)
 
 
 _TYPED = {
-    PropertyNode: "property", VariableNode: "variable", ConstantNode: "constant",
-    ParameterNode: "parameter",
+    nodes.PropertyNode: "property", nodes.VariableNode: "variable", nodes.ConstantNode: "constant",
+    nodes.ParameterNode: "parameter",
 }  # fmt: skip
 
 
@@ -173,11 +153,13 @@ def _named(node: Any, kind: str, detail: str, inside: Iterable[_Node] = ()) -> O
     return OutlineItem(node.name.text, kind, detail, node.span, node.name.span, children)
 
 
-def _members(node: ComponentNode) -> Iterator[_Node]:
+def _members(node: nodes.ComponentNode) -> Iterator[_Node]:
     """The declarations of a component, and the variables and states of its behaviour."""
     for item in node.items:
-        if isinstance(item, BehaviourNode):
-            yield from (i for i in item.items if isinstance(i, VariableNode | StateNode))
+        if isinstance(item, nodes.BehaviourNode):
+            yield from (
+                i for i in item.items if isinstance(i, nodes.VariableNode | nodes.StateNode)
+            )
         else:
             yield item
 

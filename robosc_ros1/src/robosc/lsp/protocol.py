@@ -8,18 +8,15 @@ from urllib.parse import unquote, urlsplit
 
 from lsprotocol import types
 
-from robosc.errors import Diagnostic, Note, Severity
-from robosc.lsp.actions import Edit
+from robosc import errors
+from robosc.lsp import actions, kinds, outline, signatures
 from robosc.lsp.completion.candidates import Candidate
-from robosc.lsp.kinds import KINDS
-from robosc.lsp.outline import Fold, Found, OutlineItem
 from robosc.lsp.positions import Encoding, range_of
-from robosc.lsp.signatures import Signature
 from robosc.source import Source, Span
 
 _SEVERITY = {
-    Severity.ERROR: types.DiagnosticSeverity.Error,
-    Severity.WARNING: types.DiagnosticSeverity.Warning,
+    errors.Severity.ERROR: types.DiagnosticSeverity.Error,
+    errors.Severity.WARNING: types.DiagnosticSeverity.Warning,
 }
 
 
@@ -42,7 +39,7 @@ def location(span: Span, encoding: Encoding) -> types.Location:
     return types.Location(uri_of(span.source.path), range_(span, encoding))
 
 
-def text_edit(edit: Edit, encoding: Encoding) -> types.TextEdit:
+def text_edit(edit: actions.Edit, encoding: Encoding) -> types.TextEdit:
     return types.TextEdit(range_(edit.span, encoding), edit.text)
 
 
@@ -50,7 +47,7 @@ def text_edit(edit: Edit, encoding: Encoding) -> types.TextEdit:
 
 
 def diagnostics_for(
-    source: Source, diagnostics: Iterable[Diagnostic], encoding: Encoding, page: str | None
+    source: Source, diagnostics: Iterable[errors.Diagnostic], encoding: Encoding, page: str | None
 ) -> list[types.Diagnostic]:
     """Those that concern a text; a library's stand where it is imported.
 
@@ -60,14 +57,14 @@ def diagnostics_for(
 
 
 def _diagnostic(
-    source: Source, diagnostic: Diagnostic, encoding: Encoding, page: str | None
+    source: Source, diagnostic: errors.Diagnostic, encoding: Encoding, page: str | None
 ) -> types.Diagnostic:
     message, span, notes = diagnostic.message, diagnostic.span, diagnostic.notes
     if diagnostic.hint is not None:
         message += f"\n{diagnostic.hint}"
     if span.source is not source:
         here = [n.span for n in notes if n.span is not None and n.span.source is source]
-        notes = (Note("the fault is here", span), *notes)
+        notes = (errors.Note("the fault is here", span), *notes)
         name = Path(span.source.path).name
         message = f"{name}:{span.line}: {message}"
         span = here[0] if here else Span(source, 0, 0)
@@ -93,22 +90,22 @@ def _diagnostic(
 # --- outline, folding, completion ----------------------------------------------------------------
 
 
-def document_symbol(entry: OutlineItem, encoding: Encoding) -> types.DocumentSymbol:
+def document_symbol(entry: outline.OutlineItem, encoding: Encoding) -> types.DocumentSymbol:
     return types.DocumentSymbol(
         name=entry.label,
         detail=entry.detail,
-        kind=types.SymbolKind[KINDS[entry.kind].symbol],
+        kind=types.SymbolKind[kinds.KINDS[entry.kind].symbol],
         range=range_(entry.whole, encoding),
         selection_range=range_(entry.name, encoding),
         children=[document_symbol(child, encoding) for child in entry.children],
     )
 
 
-def workspace_symbol(symbol: Found, encoding: Encoding) -> types.WorkspaceSymbol:
+def workspace_symbol(symbol: outline.Found, encoding: Encoding) -> types.WorkspaceSymbol:
     return types.WorkspaceSymbol(
         location=location(symbol.item.name, encoding),
         name=symbol.item.label,
-        kind=types.SymbolKind[KINDS[symbol.item.kind].symbol],
+        kind=types.SymbolKind[kinds.KINDS[symbol.item.kind].symbol],
         container_name=symbol.inside or None,
     )
 
@@ -118,7 +115,7 @@ def hover(text: str, span: Span, encoding: Encoding) -> types.Hover:
     return types.Hover(content, range_(span, encoding))
 
 
-def folding_range(fold: Fold) -> types.FoldingRange:
+def folding_range(fold: outline.Fold) -> types.FoldingRange:
     kind = types.FoldingRangeKind.Comment if fold.comment else types.FoldingRangeKind.Region
     return types.FoldingRange(fold.first - 1, fold.last - 1, kind=kind)
 
@@ -130,7 +127,7 @@ def completion_item(
     is_snippet = "$" in text and snippets
     return types.CompletionItem(
         label=candidate.label,
-        kind=types.CompletionItemKind[KINDS[candidate.kind].item],
+        kind=types.CompletionItemKind[kinds.KINDS[candidate.kind].item],
         detail=candidate.detail or None,
         sort_text=f"{candidate.rank}{candidate.order:05}{candidate.label.casefold()}",
         text_edit=types.TextEdit(place, text if is_snippet else text.replace("$0", "")),
@@ -140,7 +137,7 @@ def completion_item(
     )
 
 
-def signature_help(signature: Signature) -> types.SignatureHelp:
+def signature_help(signature: signatures.Signature) -> types.SignatureHelp:
     parameters = [types.ParameterInformation(label=place) for place in signature.places]
     information = types.SignatureInformation(signature.label, parameters=parameters)
     return types.SignatureHelp([information], 0, signature.active)

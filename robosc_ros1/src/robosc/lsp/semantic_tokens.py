@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 from robosc.language.keywords import KEYWORDS, Role
 from robosc.language.tokens import INTEGER, NUMBER, STRING, tokenize
+from robosc.lsp import kinds, positions
 from robosc.lsp.analysis import Analysis
-from robosc.lsp.kinds import KINDS
-from robosc.lsp.positions import Encoding, position_of, units
 from robosc.source import Source
 
 TYPES = (
@@ -31,15 +30,15 @@ class _Token(NamedTuple):
     modifiers: int = 0
 
 
-def encoded(analysis: Analysis, encoding: Encoding = "utf-16") -> list[int]:
+def encoded(analysis: Analysis, encoding: positions.Encoding = "utf-16") -> list[int]:
     """Five numbers for each token: line and column from the one before, length, type, modifiers."""
     source = analysis.source
     data: list[int] = []
     line = column = 0
     for token in _tokens(analysis):
         for start, end in _lines(source, token):
-            at, from_ = position_of(source, start, encoding)
-            length = units(source.text[start:end], encoding)
+            at, from_ = positions.position_of(source, start, encoding)
+            length = positions.units(source.text[start:end], encoding)
             before = column if at == line else 0
             data += [at - line, from_ - before, length, _NUMBERS[token.type], token.modifiers]
             line, column = at, from_
@@ -63,7 +62,7 @@ def _tokens(analysis: Analysis) -> list[_Token]:
     for occurrence in analysis.index.occurrences:
         modifiers = occurrence.declaration | occurrence.write << 1
         span = occurrence.span
-        type_ = KINDS[occurrence.symbol.kind.value].token
+        type_ = kinds.KINDS[occurrence.symbol.kind.value].token
         names[span.start] = _Token(span.start, span.end, type_, modifiers)
     found = list(names.values())
     tokens = tokenize(analysis.source)

@@ -18,22 +18,17 @@ from typing import Any, BinaryIO
 
 from lsprotocol import types
 
-from robosc import limits
-from robosc.errors import ModelError
-from robosc.lsp import protocol, semantic_tokens
+from robosc import errors, limits, pipeline
+from robosc.lsp import definition, open_texts, positions, protocol, semantic_tokens
 from robosc.lsp.actions import Edit, actions_for
 from robosc.lsp.analysis import READING, Analysis, Workspace
 from robosc.lsp.completion.complete import complete
-from robosc.lsp.definition import definition_of
 from robosc.lsp.hover import hover_text, keyword_hover
 from robosc.lsp.inlay_hints import inlay_hints
-from robosc.lsp.open_texts import OpenTexts
 from robosc.lsp.outline import folds, outline, symbols
-from robosc.lsp.positions import Encoding, offset_of
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
 from robosc.lsp.signatures import signature_at
 from robosc.model.names.occurrences import Occurrence
-from robosc.pipeline import collector_at_rest
 from robosc.source import Source, Span
 from robosc.syntax.formatting.format import format_text, format_tree
 
@@ -52,7 +47,7 @@ class _Session:
 
     def __init__(self, version: str, workspace: Workspace) -> None:
         self._workspace = workspace
-        self._texts = OpenTexts(version, workspace)
+        self._texts = open_texts.OpenTexts(version, workspace)
         self._register()
 
     def serve(self, output: BinaryIO) -> None:
@@ -132,7 +127,7 @@ class _Session:
             self._texts.handled_at = asyncio.get_running_loop().time()
 
     @property
-    def _encoding(self) -> Encoding:
+    def _encoding(self) -> positions.Encoding:
         return self._texts.encoding
 
     # --- requests about a document ---------------------------------------------------------------
@@ -141,7 +136,7 @@ class _Session:
         return self._workspace.analysis(protocol.path_of(params.text_document.uri))
 
     def _offset(self, source: Source, position: types.Position) -> int:
-        return offset_of(source, (position.line, position.character), self._encoding)
+        return positions.offset_of(source, (position.line, position.character), self._encoding)
 
     def _named(self, params: Any) -> tuple[Analysis, Occurrence] | None:
         """The name at the position of a request."""
@@ -159,7 +154,7 @@ class _Session:
     def _workspace_symbols(
         self, params: types.WorkspaceSymbolParams
     ) -> list[types.WorkspaceSymbol]:
-        with collector_at_rest():
+        with pipeline.collector_at_rest():
             matching = symbols(self._workspace, params.query)
         return [protocol.workspace_symbol(one, self._encoding) for one in matching]
 
@@ -175,9 +170,9 @@ class _Session:
         if source is None:
             return None
         try:
-            with collector_at_rest():
+            with pipeline.collector_at_rest():
                 text = self._formatted(path, source)
-        except ModelError:
+        except errors.ModelError:
             return None
         edit = _difference(source, text)
         return [protocol.text_edit(edit, self._encoding)] if edit is not None else []
@@ -225,7 +220,7 @@ class _Session:
 
     def _definition(self, params: types.DefinitionParams) -> types.Location | None:
         named = self._named(params)
-        span = definition_of(*named) if named is not None else None
+        span = definition.definition_of(*named) if named is not None else None
         return protocol.location(span, self._encoding) if span is not None else None
 
     def _references(self, params: types.ReferenceParams) -> list[types.Location]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from robosc.language.functions import FUNCTIONS, GEOMETRY
-from robosc.language.operators import Operand
+from robosc.language import functions, operators
 from robosc.language.tokens import Tokens, is_word, tokenize
 from robosc.lsp.analysis import Analysis
 from robosc.syntax.nodes import FunctionNode
@@ -89,10 +88,10 @@ def _declared(analysis: Analysis, name: str) -> tuple[tuple[str, ...], str] | No
 
 
 def _built_in(name: str) -> tuple[tuple[str, ...], str] | None:
-    if name in GEOMETRY:
-        objects, numbers, _, what = GEOMETRY[name]
-        return (what,) * objects + (Operand.NUMBER.value,) * numbers, ""
-    function = FUNCTIONS.get(name)
+    if name in functions.GEOMETRY:
+        objects, numbers, _, what = functions.GEOMETRY[name]
+        return (what,) * objects + (operators.Operand.NUMBER.value,) * numbers, ""
+    function = functions.FUNCTIONS.get(name)
     if function is None:
         return None
     arguments = tuple(operand.value for operand in function.arguments)

@@ -17,10 +17,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robosc import limits
-from robosc.errors import Diagnostic, Note, Severity, StateSpaceError
+from robosc import errors, limits, remedies
 from robosc.language.events import EventKind
-from robosc.remedies import Change, Hint, Remedy
 from robosc.source import Source, Span, common_ends
 
 if TYPE_CHECKING:
@@ -46,7 +44,7 @@ class Derived:
     """What synthesis has found for a text: its diagnostics, and when each command is allowed."""
 
     source: Source
-    diagnostics: tuple[Diagnostic, ...] = ()
+    diagnostics: tuple[errors.Diagnostic, ...] = ()
     guards: tuple[ShownGuard, ...] = ()
 
 
@@ -88,13 +86,13 @@ def derived_from(source: Source, text: bytes | str) -> Derived | None:
     return Derived(source, tuple(diagnostics), tuple(guards))
 
 
-def _diagnostic(source: Source, item: Mapping[str, Any]) -> Diagnostic:
+def _diagnostic(source: Source, item: Mapping[str, Any]) -> errors.Diagnostic:
     notes = (
-        Note(message, Span(source, *place) if place is not None else None)
+        errors.Note(message, Span(source, *place) if place is not None else None)
         for message, place in item["notes"]
     )
-    return Diagnostic(
-        Severity(item["severity"]),
+    return errors.Diagnostic(
+        errors.Severity(item["severity"]),
         item["code"],
         item["message"],
         Span(source, *item["place"]),
@@ -103,22 +101,22 @@ def _diagnostic(source: Source, item: Mapping[str, Any]) -> Diagnostic:
     )
 
 
-def _advice(item: Mapping[str, Any]) -> Hint | None:
+def _advice(item: Mapping[str, Any]) -> remedies.Hint | None:
     if item["remedy"] is None:
         hint: str | None = item["hint"]
         return hint
     change, parts = item["remedy"]
-    return Remedy(item["hint"], Change(change), tuple(parts))
+    return remedies.Remedy(item["hint"], remedies.Change(change), tuple(parts))
 
 
-def moved(derived: Derived, source: Source) -> tuple[Diagnostic, ...]:
+def moved(derived: Derived, source: Source) -> tuple[errors.Diagnostic, ...]:
     """Its diagnostics in a text that was changed since: those outside of what was changed."""
     before, after = derived.source.text, source.text
     if before == after:
         return derived.diagnostics
     head, tail = common_ends(before, after)
     shift = len(after) - len(before)
-    found: list[Diagnostic] = []
+    found: list[errors.Diagnostic] = []
     for diagnostic in derived.diagnostics:
         span = diagnostic.span
         if span.end <= head:
@@ -163,7 +161,7 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
         return nothing
     try:
         supervisor = pipeline.within_time(robot, max_states=limits.EDITOR_STATES)
-    except StateSpaceError as error:
+    except errors.StateSpaceError as error:
         return {**nothing, "diagnostics": [_document(pipeline.unchecked(robot, error), source)]}
     return {
         "diagnostics": [
@@ -173,7 +171,7 @@ def answer(request: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _document(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
+def _document(diagnostic: errors.Diagnostic, source: Source) -> dict[str, Any]:
     def place(span: Span | None) -> list[int] | None:
         return None if span is None or span.source is not source else [span.start, span.end]
 

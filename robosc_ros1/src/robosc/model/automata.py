@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from robosc.expr.tree import Expr
-from robosc.expr.types import Type, Value
+from robosc.expr import tree, types
 from robosc.language.events import EventKind
 from robosc.runtime.places import stands_in
 from robosc.source import Span
@@ -31,8 +30,8 @@ class Variable:
 
     name: str
     component: str
-    type: Type
-    initial: Value | None
+    type: types.Type
+    initial: types.Value | None
     in_state: bool
     persistent: bool = False
     span: Span = span_field()
@@ -47,7 +46,7 @@ class Assignment:
     """``variable := value``; the variable belongs to the component of the transition."""
 
     variable: str
-    value: Expr
+    value: tree.Expr
     span: Span = span_field()
 
 
@@ -63,12 +62,12 @@ class Transition:
 
     event: EventKind
     communication: str
-    guard: Expr | None
+    guard: tree.Expr | None
     assignments: tuple[Assignment, ...]
     goto: str | None
     named: str | None = None
     index: int = 0
-    delay: Expr | None = None
+    delay: tree.Expr | None = None
     span: Span = span_field()
 
     def enters(self, place: str, source: State) -> bool:
@@ -202,8 +201,8 @@ class Lasting:
     """
 
     name: str
-    condition: Expr
-    delay: Expr
+    condition: tree.Expr
+    delay: tree.Expr
     span: Span = span_field()
 
 

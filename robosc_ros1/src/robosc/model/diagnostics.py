@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
-from robosc import limits
-from robosc.codes import CODES
-from robosc.errors import Diagnostic, Note, Severity
+from robosc import codes, errors, limits, source
 from robosc.remedies import Hint, meant
-from robosc.source import Span
 
 
 class Report:
@@ -21,44 +18,44 @@ class Report:
 
     def __init__(self, strict: bool = False) -> None:
         self._strict = strict
-        self._items: dict[Diagnostic, None] = {}
+        self._items: dict[errors.Diagnostic, None] = {}
         self._searches = 0
 
     def add(
         self,
         code: str,
-        span: Span,
+        span: source.Span,
         message: str,
         hint: Hint | None = None,
-        notes: Sequence[Note] = (),
-    ) -> Diagnostic:
+        notes: Sequence[errors.Note] = (),
+    ) -> errors.Diagnostic:
         """Add and return a diagnostic with the severity that its code has in ``CODES``."""
-        entry = CODES[code]
-        severity = Severity.ERROR if self._strict and entry.strict else entry.severity
-        diagnostic = Diagnostic(severity, code, message, span, hint, tuple(notes))
+        entry = codes.CODES[code]
+        severity = errors.Severity.ERROR if self._strict and entry.strict else entry.severity
+        diagnostic = errors.Diagnostic(severity, code, message, span, hint, tuple(notes))
         self._keep(diagnostic)
         return diagnostic
 
-    def _keep(self, diagnostic: Diagnostic) -> None:
+    def _keep(self, diagnostic: errors.Diagnostic) -> None:
         self._items[diagnostic] = None
 
-    def withdraw(self, found: Iterable[Diagnostic]) -> bool:
+    def withdraw(self, found: Iterable[errors.Diagnostic]) -> bool:
         """Remove diagnostics that only follow from another fault; whether there were any."""
         reported = [diagnostic for diagnostic in found if diagnostic in self._items]
         for diagnostic in reported:
             del self._items[diagnostic]
         return bool(reported)
 
-    def extend(self, diagnostics: Iterable[Diagnostic]) -> None:
+    def extend(self, diagnostics: Iterable[errors.Diagnostic]) -> None:
         self._items.update(dict.fromkeys(diagnostics))
 
     @property
-    def diagnostics(self) -> tuple[Diagnostic, ...]:
+    def diagnostics(self) -> tuple[errors.Diagnostic, ...]:
         return tuple(self._items)
 
     @property
     def has_errors(self) -> bool:
-        return any(d.severity is Severity.ERROR for d in self._items)
+        return any(d.severity is errors.Severity.ERROR for d in self._items)
 
     def suggest(self, name: str, candidates: Iterable[str], what: str = "there are") -> Hint | None:
         """``did you mean 'x'?`` for the nearest candidate, else a list of up to eight, or None."""
@@ -83,7 +80,7 @@ class Report:
 class Muted(Report):
     """A report that drops all diagnostics, for nodes whose faults were reported already."""
 
-    def _keep(self, diagnostic: Diagnostic) -> None:
+    def _keep(self, diagnostic: errors.Diagnostic) -> None:
         return None
 
     def suggest(self, name: str, candidates: Iterable[str], what: str = "") -> Hint | None:

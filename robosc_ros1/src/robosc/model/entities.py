@@ -13,22 +13,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
 
+from robosc.expr import traversal, tree, types
 from robosc.expr.identity_cache import IdentityCache
-from robosc.expr.traversal import reads_value
-from robosc.expr.tree import Count, Expr, RosParameter
-from robosc.expr.types import NoneType, Type
-from robosc.language.events import (
-    COMMUNICATIONS,
-    CommunicationSort,
-    Direction,
-    EventKind,
-    EventSort,
-    Kind,
-    Phases,
-    command_key,
-)
-from robosc.model.automata import Behaviour, Lasting, State, Transition, Variable, span_field
-from robosc.model.diagnostics import Report
+from robosc.language import events
+from robosc.model import automata, diagnostics
 from robosc.names import Copy
 from robosc.source import Source, Span
 from robosc.syntax.nodes import ExprNode, Repeated
@@ -70,22 +58,22 @@ class Communication:
 
     name: str
     component: str
-    kind: Kind
+    kind: events.Kind
     identifier: str
-    request: Type
-    response: Type
-    feedback: Type
+    request: types.Type
+    response: types.Type
+    feedback: types.Type
     binding: Binding
-    timeout: Expr | None = None
-    within: Expr | None = None
-    max_age: Expr | None = None
-    expect: Expr | None = None
+    timeout: tree.Expr | None = None
+    within: tree.Expr | None = None
+    max_age: tree.Expr | None = None
+    expect: tree.Expr | None = None
     rate: float | str | None = None
     goals: str | None = None
     stop: str | None = None
     frames: tuple[str, str] | None = None
     heard: bool = False
-    span: Span = span_field()
+    span: Span = automata.span_field()
 
     @property
     def key(self) -> str:
@@ -98,23 +86,23 @@ class Communication:
         return f"~{name[2:]}" if name.startswith("~/") else name
 
     @property
-    def sort(self) -> CommunicationSort:
+    def sort(self) -> events.CommunicationSort:
         """The row of the language's table for communications of this kind."""
-        return COMMUNICATIONS[self.kind]
+        return events.COMMUNICATIONS[self.kind]
 
     @property
-    def phases(self) -> Phases | None:
+    def phases(self) -> events.Phases | None:
         return self.sort.phases_of(self.timeout is not None, self.heard)
 
-    def phase_after(self, event: EventSort) -> str:
+    def phase_after(self, event: events.EventSort) -> str:
         """The phase to which an event leads; of a message without timeout, *heard*."""
         names = () if self.phases is None else self.phases.names
         return event.target if event.target in names or not names else names[-1]
 
     @property
-    def sent(self) -> Type:
+    def sent(self) -> types.Type:
         """The type of the data that its command carries."""
-        sent: Type = getattr(self, self.sort.sends)
+        sent: types.Type = getattr(self, self.sort.sends)
         return sent
 
     @property
@@ -122,12 +110,12 @@ class Communication:
         """What the controller sends with data."""
         return (Command(self, e.kind) for e in self.sort.events if e.kind.given)
 
-    def value_type(self, event: EventKind) -> Type:
+    def value_type(self, event: events.EventKind) -> types.Type:
         """The type of the value of an event of this communication, or ``none``."""
         found = self.sort.event(event)
         if found is None or found.brings is None:
-            return NoneType()
-        brought: Type = getattr(self, found.brings)
+            return types.NoneType()
+        brought: types.Type = getattr(self, found.brings)
         return brought
 
 
@@ -137,22 +125,22 @@ class Command:
     what it carries."""
 
     communication: Communication
-    kind: EventKind
+    kind: events.EventKind
 
     @property
     def key(self) -> str:
-        return command_key(self.communication.key, self.kind)
+        return events.command_key(self.communication.key, self.kind)
 
     @property
-    def direction(self) -> Direction:
+    def direction(self) -> events.Direction:
         """The part of the communication that it is."""
         event = self.communication.sort.event(self.kind)
         assert event is not None
         return event.brings or "response"  # an error has no value, but the data of a response
 
     @property
-    def type(self) -> Type:
-        type_: Type = getattr(self.communication, self.direction)
+    def type(self) -> types.Type:
+        type_: types.Type = getattr(self.communication, self.direction)
         return type_
 
     @property
@@ -168,7 +156,9 @@ def display_names(communications: Mapping[str, Communication]) -> dict[str, str]
     count = Counter(communication.name for communication in communications.values())
     names = {key: c.name if count[c.name] == 1 else key for key, c in communications.items()}
     for command in (command for c in communications.values() for command in c.commands):
-        names.setdefault(command.key, command_key(names[command.communication.key], command.kind))
+        names.setdefault(
+            command.key, events.command_key(names[command.communication.key], command.kind)
+        )
     return names
 
 
@@ -178,21 +168,21 @@ class Component:
 
     name: str
     communications: tuple[Communication, ...]
-    behaviour: Behaviour | None
+    behaviour: automata.Behaviour | None
     library: str | None
     copy: Copy | None = None
-    span: Span = span_field()
+    span: Span = automata.span_field()
 
     @property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[automata.Variable, ...]:
         return () if self.behaviour is None else self.behaviour.variables
 
     @property
-    def states(self) -> tuple[State, ...]:
+    def states(self) -> tuple[automata.State, ...]:
         return () if self.behaviour is None else self.behaviour.states
 
     @property
-    def transitions(self) -> Iterator[Transition]:
+    def transitions(self) -> Iterator[automata.Transition]:
         """Those of every state, then state by state."""
         return iter(()) if self.behaviour is None else self.behaviour.all_transitions
 
@@ -210,7 +200,7 @@ class Requirement:
 
     kind: Literal["needs", "disables", "never", "always"]
     communications: tuple[str, ...]
-    condition: Expr
+    condition: tree.Expr
     text: str
     to_start: bool = False
     to_cancel: bool = field(default=False, kw_only=True)
@@ -218,11 +208,11 @@ class Requirement:
     implied: bool = False
     id: str = field(default="", kw_only=True)
     repeated: Repeated | None = field(default=None, kw_only=True)
-    span: Span = span_field()
+    span: Span = automata.span_field()
 
-    def concerns(self, kind: EventKind) -> bool:
+    def concerns(self, kind: events.EventKind) -> bool:
         """Whether it is about events of a kind, of its communications."""
-        return not (self.to_start if kind is EventKind.CANCEL else self.to_cancel)
+        return not (self.to_start if kind is events.EventKind.CANCEL else self.to_cancel)
 
     @property
     def forbids(self) -> bool:
@@ -239,15 +229,15 @@ class Goal:
     asked). ``text`` is the requirement on one line, ``id`` as of other requirements.
     """
 
-    condition: Expr
-    origin: Expr | None
-    along: Expr | None
+    condition: tree.Expr
+    origin: tree.Expr | None
+    along: tree.Expr | None
     text: str
     id: str = ""
-    span: Span = span_field()
+    span: Span = automata.span_field()
 
     @property
-    def conditions(self) -> tuple[Expr, ...]:
+    def conditions(self) -> tuple[tree.Expr, ...]:
         """All that it reads."""
         return tuple(e for e in (self.condition, self.origin, self.along) if e is not None)
 
@@ -264,10 +254,10 @@ class Assumption:
 
     kind: Literal["needs", "never", "always"]
     communication: str | None
-    condition: Expr
+    condition: tree.Expr
     text: str
     id: str = ""
-    span: Span = span_field()
+    span: Span = automata.span_field()
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,13 +272,13 @@ class DataArray:
     """Values for the elements of an array."""
 
     elements: tuple[Data, ...]
-    span: Span = span_field()
+    span: Span = automata.span_field()
 
 
-Data: TypeAlias = DataObject | DataArray | Expr
+Data: TypeAlias = DataObject | DataArray | tree.Expr
 
 
-def data_expressions(data: Data) -> Iterator[Expr]:
+def data_expressions(data: Data) -> Iterator[tree.Expr]:
     """The expressions in provided data, in source order."""
     match data:
         case DataObject(fields=fields):
@@ -307,17 +297,17 @@ class Provide:
 
     communication: str
     data: Data
-    condition: Expr | None
-    span: Span = span_field()
+    condition: tree.Expr | None
+    span: Span = automata.span_field()
 
     @property
     def corrects(self) -> bool:
         """Whether it reads the data that another controller sends."""
         condition = () if self.condition is None else (self.condition,)
-        return any(map(reads_value, (*data_expressions(self.data), *condition)))
+        return any(map(traversal.reads_value, (*data_expressions(self.data), *condition)))
 
     @property
-    def deciding(self) -> Expr | None:
+    def deciding(self) -> tree.Expr | None:
         """Its condition where that decides about the state: one of a correction does not."""
         return None if self.corrects else self.condition
 
@@ -328,10 +318,10 @@ class Preference:
 
     preferred: tuple[str, ...]
     over: tuple[str, ...]
-    span: Span = span_field()
+    span: Span = automata.span_field()
 
 
-ConditionReader: TypeAlias = Callable[[ExprNode, Report], Expr | None]
+ConditionReader: TypeAlias = Callable[[ExprNode, diagnostics.Report], tree.Expr | None]
 """Types a condition that somebody asks of the robot; returns None after a reported error."""
 
 
@@ -347,12 +337,12 @@ class Robot:
     requirements: tuple[Requirement, ...]
     provides: tuple[Provide, ...]
     preferences: tuple[Preference, ...] = ()
-    parameters: tuple[RosParameter, ...] = ()
+    parameters: tuple[tree.RosParameter, ...] = ()
     stop: str | None = None
     """The key of the message that is sent at a safe stop and when the node ends."""
     goals: tuple[Goal, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
-    lasting: tuple[Lasting, ...] = ()
+    lasting: tuple[automata.Lasting, ...] = ()
     goes_on: bool = False
     """``stop with nothing``: it may go on with its last commands when the node ends."""
     supervises: bool = False
@@ -361,7 +351,7 @@ class Robot:
     """The texts of the model: its own file, then the libraries that it needs, by name."""
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)
     """Reads conditions with the names of the model's own requirements."""
-    span: Span = span_field()
+    span: Span = automata.span_field()
 
     @cached_property
     def communications(self) -> dict[str, Communication]:
@@ -374,17 +364,17 @@ class Robot:
         return {c.key: c for each in self.communications.values() for c in each.commands}
 
     @cached_property
-    def counts(self) -> tuple[IdentityCache[Count | None], IdentityCache[tuple[int, int]]]:
+    def counts(self) -> tuple[IdentityCache[tree.Count | None], IdentityCache[tuple[int, int]]]:
         """Caches: the count that a condition expands, and sizes that tell whether it may be one."""
         return IdentityCache(), IdentityCache()
 
     @cached_property
-    def variables(self) -> dict[str, Variable]:
+    def variables(self) -> dict[str, automata.Variable]:
         """All variables by key, in model order."""
         return {v.key: v for component in self.components for v in component.variables}
 
     @property
-    def persistent(self) -> dict[str, Variable]:
+    def persistent(self) -> dict[str, automata.Variable]:
         """The variables that keep their values over the node's end, by key."""
         return {key: variable for key, variable in self.variables.items() if variable.persistent}
 

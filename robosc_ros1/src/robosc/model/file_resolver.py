@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 
 from robosc.expr.tree import Expr, RosParameter
 from robosc.expr.types import EnumType, Type
-from robosc.model.automata import Lasting
+from robosc.model import automata, entities
 from robosc.model.checks.cancels import check_cancels
 from robosc.model.checks.command_data import with_command_data
 from robosc.model.checks.freshness import check_freshness
@@ -20,6 +20,7 @@ from robosc.model.checks.stopping import check_stop
 from robosc.model.checks.undefined_data import check_undefined_data
 from robosc.model.checks.unused import check_unused
 from robosc.model.checks.used_fields import Usage
+from robosc.model.declarations import initial_states, lasting, parameters, servers, state_variables
 from robosc.model.declarations.behaviour import BehaviourResolver
 from robosc.model.declarations.components import (
     bind,
@@ -30,24 +31,15 @@ from robosc.model.declarations.components import (
     join,
 )
 from robosc.model.declarations.datatypes import Given, TypeTable
-from robosc.model.declarations.initial_states import with_initial_states
-from robosc.model.declarations.lasting import with_lasting
 from robosc.model.declarations.named_values import NamedValueTyper
-from robosc.model.declarations.parameters import check_parameters
 from robosc.model.declarations.performing import with_performed
 from robosc.model.declarations.performing_clauses import find_performed, performed_data
-from robosc.model.declarations.servers import (
-    with_feedback_where_provided,
-    with_one_request_per_server,
-)
-from robosc.model.declarations.state_variables import select_state_variables
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Muted, Report
-from robosc.model.entities import Component, Robot
+from robosc.model.names import tables
 from robosc.model.names.qualifiers import qualifiers
 from robosc.model.names.scope import FileScope, report_duplicate
-from robosc.model.names.tables import ComponentTable, ImportedSymbolTable, Instance, SymbolTable
 from robosc.model.names.value_scope import ValueScope
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.links import Binder
@@ -56,16 +48,7 @@ from robosc.model.typing.declared_functions import FunctionTyper
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import RULE, Incoming
-from robosc.syntax.nodes import (
-    BehaviourNode,
-    ComponentNode,
-    ConstantNode,
-    ExprNode,
-    ImportNode,
-    Name,
-    ParameterNode,
-    StopNode,
-)
+from robosc.syntax import nodes
 
 _Entity = TypeVar("_Entity")
 
@@ -76,11 +59,11 @@ class FileContents:
 
     scope: FileScope
     types: TypeTable
-    component_table: ComponentTable
-    robot: Robot
+    component_table: tables.ComponentTable
+    robot: entities.Robot
 
     @property
-    def instances(self) -> Mapping[str, Instance]:
+    def instances(self) -> Mapping[str, tables.Instance]:
         return self.component_table.instances
 
 
@@ -89,7 +72,7 @@ class FindLibrary(Protocol):
     there is none."""
 
     def __call__(
-        self, library: Name, scope: FileScope, report: Report, *, imported: bool = True
+        self, library: nodes.Name, scope: FileScope, report: Report, *, imported: bool = True
     ) -> FileContents | None: ...
 
 
@@ -110,7 +93,7 @@ class FileResolver:
         self._scope = scope
         self._report = report
         self._supervises = supervises
-        self.component_table = ComponentTable()
+        self.component_table = tables.ComponentTable()
         self.types = TypeTable(scope, type_declarations, report, self._rule_condition)
         self._binder = Binder(definitions, type_declarations, report)
         self._muted = Muted()
@@ -122,7 +105,7 @@ class FileResolver:
         robot = self._robot()
         self._scope.names.close()
         if self._scope.node.kind == "robot":
-            check_parameters(robot, self._report)
+            parameters.check_parameters(robot, self._report)
         return FileContents(self._scope, self.types, self.component_table, robot)
 
     def _parameters(self) -> Iterator[RosParameter]:
@@ -133,7 +116,7 @@ class FileResolver:
         for table in self.types.all_libraries.values():
             yield from table.values.parameters
 
-    def _lasting(self) -> Iterator[Lasting]:
+    def _lasting(self) -> Iterator[automata.Lasting]:
         """The lasting conditions of the file, its components, and the libraries that it needs."""
         yield from self.types.values.lasting
         for instance in self.component_table.instances.values():
@@ -141,7 +124,7 @@ class FileResolver:
         for table in self.types.all_libraries.values():
             yield from table.values.lasting
 
-    def _robot(self) -> Robot:
+    def _robot(self) -> entities.Robot:
         self.types.resolve_all()
         check_interfaces(self._scope.interfaces, self._report)
         for node in self._scope.components.values():
@@ -160,7 +143,7 @@ class FileResolver:
         robot = self._with_statements(components)
         robot = self._with_heard(robot)
         self._binder.report_unknown_fields(Usage(robot))
-        robot = select_state_variables(robot, self._report)
+        robot = state_variables.select_state_variables(robot, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
         check_indexes(robot.components, enums, lengths, self._report)
@@ -187,7 +170,7 @@ class FileResolver:
             )
         return robot
 
-    def _with_heard(self, robot: Robot) -> Robot:
+    def _with_heard(self, robot: entities.Robot) -> entities.Robot:
         """The robot with the messages of which something asks whether they have arrived."""
         self.component_table.closed = True
         heard = {
@@ -197,7 +180,7 @@ class FileResolver:
             if info.heard
         }
 
-        def told(component: Component) -> Component:
+        def told(component: entities.Component) -> entities.Component:
             own = tuple(replace(c, heard=c.key in heard) for c in component.communications)
             return replace(component, communications=own)
 
@@ -206,7 +189,7 @@ class FileResolver:
     def _find_libraries(self) -> None:
         """Read the imported libraries, before the constants and enum rules that may name them."""
         for node in self._scope.components.values():
-            if isinstance(node, ImportNode):
+            if isinstance(node, nodes.ImportNode):
                 library = self._find_library(node.library, self._scope, self._report)
                 if library is None:
                     self._scope.unresolved.add(node.library.text)
@@ -224,13 +207,13 @@ class FileResolver:
         values.typed = NamedValueTyper(
             self.types,
             self._report,
-            lambda: SymbolTable(self.component_table),
+            lambda: tables.SymbolTable(self.component_table),
             node.name.text if node.kind == "library" else "",
         )
         values.typer = FunctionTyper(self.types, self._report)
         values.declare(self._scope.node.declarations, self._scope, self._report)
 
-    def _own_values(self, instance: Instance, report: Report) -> None:
+    def _own_values(self, instance: tables.Instance, report: Report) -> None:
         """Declare the named values of a component in a scope within that of its file."""
         file = instance.types.values
         values = ValueScope(instance.name, file.outer if file.owner else file)
@@ -245,7 +228,7 @@ class FileResolver:
             arguments = self._arguments(instance.imported, values)
             instance.types.given = {**file_types.given, **arguments}
 
-    def _arguments(self, node: ImportNode, values: ValueScope) -> dict[str, Given]:
+    def _arguments(self, node: nodes.ImportNode, values: ValueScope) -> dict[str, Given]:
         """The constants and parameters that an import sets."""
         given: dict[str, Given] = {}
         for argument in node.arguments:
@@ -254,7 +237,7 @@ class FileResolver:
             if name in given:
                 first = given[name].node.name.span
                 report_duplicate("argument", argument.name, first, self._report)
-            elif isinstance(declared, ConstantNode | ParameterNode):
+            elif isinstance(declared, nodes.ConstantNode | nodes.ParameterNode):
                 given[name] = Given(argument, self.types, self._report)
                 self._scope.names.use(argument.name, declared, node.component.text)
             else:
@@ -266,16 +249,16 @@ class FileResolver:
                 )
         return given
 
-    def _rule_condition(self, types: TypeTable, node: ExprNode, source: Type) -> Expr | None:
+    def _rule_condition(self, types: TypeTable, node: nodes.ExprNode, source: Type) -> Expr | None:
         return Typer(self._report, types, None, Incoming(source)).check(node, BOOLEAN, RULE)
 
     # --- components ------------------------------------------------------------------------------
 
-    def _add_component(self, node: ComponentNode | ImportNode) -> None:
-        if isinstance(node, ComponentNode):
-            instance = Instance(node.name.text, node, self.types)
+    def _add_component(self, node: nodes.ComponentNode | nodes.ImportNode) -> None:
+        if isinstance(node, nodes.ComponentNode):
+            instance = tables.Instance(node.name.text, node, self.types)
             self._own_values(instance, self._report)
-            instance.node = with_initial_states(instance, self._report)
+            instance.node = initial_states.with_initial_states(instance, self._report)
             declare(instance, self._report)
         else:
             found = self._imported(node)
@@ -287,12 +270,12 @@ class FileResolver:
             declare(instance, self._muted)
         self.component_table.add(instance)
 
-    def _bind(self, instance: Instance) -> None:
+    def _bind(self, instance: tables.Instance) -> None:
         symbols = self._symbols(instance)
         for info in instance.communications.values():
             bind(info, symbols, self._binder, self._report)
 
-    def _find_performed(self, instance: Instance) -> None:
+    def _find_performed(self, instance: tables.Instance) -> None:
         report = self._report if instance.library is None else self._muted
         find_performed(instance, self._symbols(instance), report)
 
@@ -300,23 +283,23 @@ class FileResolver:
         """Resolve duplicate components and behaviours, only to report the faults in them."""
         for instance in list(self.component_table.instances.values()):
             for behaviour in () if instance.imported else instance.duplicate_behaviours:
-                outside = [i for i in instance.node.items if not isinstance(i, BehaviourNode)]
+                outside = [i for i in instance.node.items if not isinstance(i, nodes.BehaviourNode)]
                 self._check_aside(replace(instance.node, items=(*outside, behaviour)))
         for node in self._scope.duplicates:
-            if isinstance(node, ComponentNode):
+            if isinstance(node, nodes.ComponentNode):
                 self._check_aside(node)
 
-    def _check_aside(self, node: ComponentNode) -> None:
-        instance = Instance(node.name.text, node, self.types)
+    def _check_aside(self, node: nodes.ComponentNode) -> None:
+        instance = tables.Instance(node.name.text, node, self.types)
         self._own_values(instance, self._report)
-        instance.node = with_initial_states(instance, self._report)
+        instance.node = initial_states.with_initial_states(instance, self._report)
         declare(instance, self._report)
         self._bind(instance)
         self._find_performed(instance)
         self._component(instance)
         self._add_statements(instance, Statements())
 
-    def _imported(self, node: ImportNode) -> Instance | None:
+    def _imported(self, node: nodes.ImportNode) -> tables.Instance | None:
         prefix = check_prefix(node.prefix, self._report) if node.prefix is not None else ""
         library = self._find_library(node.library, self._scope, self._report)
         if library is None:
@@ -339,12 +322,12 @@ class FileResolver:
         chain = prefix
         if prefix is not None and original.prefix != "":
             chain = None if original.prefix is None else join(prefix, original.prefix)
-        instance = Instance(node.name.text, original.node, original.types, chain, node)
+        instance = tables.Instance(node.name.text, original.node, original.types, chain, node)
         instance.original = original
         instance.library = library.component_table
         return instance
 
-    def _component(self, instance: Instance) -> Component:
+    def _component(self, instance: tables.Instance) -> entities.Component:
         symbols = self._symbols(instance)
         report = self._report if instance.library is None else self._muted
         instance.types.values.resolve()
@@ -352,7 +335,7 @@ class FileResolver:
         if instance.behaviour is not None:
             behaviour = BehaviourResolver(instance, symbols, report).resolve(instance.behaviour)
         imported = instance.imported
-        return Component(
+        return entities.Component(
             instance.name,
             _sound(info.entity for info in instance.communications.values()),
             behaviour,
@@ -361,26 +344,26 @@ class FileResolver:
             span=instance.declaration.name.span,
         )
 
-    def _symbols(self, instance: Instance) -> SymbolTable:
+    def _symbols(self, instance: tables.Instance) -> tables.SymbolTable:
         if instance.library is None or instance.original is None:
-            return SymbolTable(self.component_table, instance)
-        return ImportedSymbolTable(
+            return tables.SymbolTable(self.component_table, instance)
+        return tables.ImportedSymbolTable(
             self.component_table, instance, instance.library, instance.original, self._report
         )
 
     # --- statements ------------------------------------------------------------------------------
 
-    def _with_statements(self, components: tuple[Component, ...]) -> Robot:
+    def _with_statements(self, components: tuple[entities.Component, ...]) -> entities.Robot:
         resolver = StatementResolver(
-            SymbolTable(self.component_table), self.types, self._binder, self._report
+            tables.SymbolTable(self.component_table), self.types, self._binder, self._report
         )
         node = self._scope.node
         found = Statements()
         found.add(node.declarations, resolver)
         for instance in self.component_table.instances.values():
             self._add_statements(instance, found)
-        stops = [item for item in node.declarations if isinstance(item, StopNode)]
-        robot = Robot(
+        stops = [item for item in node.declarations if isinstance(item, nodes.StopNode)]
+        robot = entities.Robot(
             node.name.text,
             components,
             found.on_commands() if node.kind == "robot" else tuple(found.requirements),
@@ -398,11 +381,11 @@ class FileResolver:
         # Who imports a library may provide the data of its commands.
         if node.kind == "library":
             return robot
-        robot = with_feedback_where_provided(with_one_request_per_server(robot))
-        robot = with_lasting(with_performed(robot), tuple(self._lasting()))
+        robot = servers.with_feedback_where_provided(servers.with_one_request_per_server(robot))
+        robot = lasting.with_lasting(with_performed(robot), tuple(self._lasting()))
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
-    def _add_statements(self, instance: Instance, statements: Statements) -> None:
+    def _add_statements(self, instance: tables.Instance, statements: Statements) -> None:
         """Resolve the statements of a component, which sees names as its behaviour does."""
         report = self._report if instance.library is None else self._muted
         symbols = self._symbols(instance)

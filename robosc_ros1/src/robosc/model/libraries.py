@@ -10,16 +10,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from robosc.errors import Diagnostic, UsageError
+from robosc import errors, resources
 from robosc.names import IDENTIFIER
-from robosc.resources import libraries_folder
 from robosc.source import MODEL_SUFFIXES, Source
 from robosc.syntax.parser import read_source
 
-Reader = Callable[[str], tuple[Source | None, tuple[Diagnostic, ...]]]
+Reader = Callable[[str], tuple[Source | None, tuple[errors.Diagnostic, ...]]]
 """Reads a model file, as :func:`robosc.syntax.parser.read_source` does."""
 
-_OWN = tuple(filter(None, [libraries_folder()]))
+_OWN = tuple(filter(None, [resources.libraries_folder()]))
 """The folder of the libraries that come with robosc."""
 _HEAD = re.compile(rf"(?:\s|//[^\n]*|/\*.*?\*/)*library\s+\^?({IDENTIFIER})", re.DOTALL | re.ASCII)
 
@@ -86,7 +85,7 @@ class LibraryFinder:
             for file in _model_files(folder):
                 try:
                     source, _ = self._reader(str(file))
-                except UsageError:
+                except errors.UsageError:
                     continue
                 match = _HEAD.match(source.text) if source is not None else None
                 if source is not None and match:

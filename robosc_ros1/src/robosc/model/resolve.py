@@ -13,21 +13,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from robosc import limits
+from robosc import limits, remedies
 from robosc.errors import Diagnostic, Note, Severity, at_most, has_errors, sort_diagnostics
+from robosc.model import entities, file_resolver
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.entities import Robot
-from robosc.model.file_resolver import FileContents, FileResolver
 from robosc.model.libraries import LibraryFinder, Reader
 from robosc.model.names.copies import write_out
 from robosc.model.names.scope import FileScope
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.object_types import RosTypes
-from robosc.remedies import followed
 from robosc.source import Source
-from robosc.syntax.nodes import Name
-from robosc.syntax.parser import parse, read_source
+from robosc.syntax import nodes, parser
 
 
 def load(
@@ -37,7 +34,7 @@ def load(
     *,
     strict: bool = False,
     supervises: bool = False,
-) -> tuple[Robot | None, tuple[Diagnostic, ...]]:
+) -> tuple[entities.Robot | None, tuple[Diagnostic, ...]]:
     """The robot in a model file, and the diagnostics of the file.
 
     ``source`` is a path or a text already read; ``library_path`` are further folders for libraries;
@@ -50,7 +47,7 @@ def load(
         UsageError: the file cannot be read.
     """
     if not isinstance(source, Source):
-        text, unreadable = read_source(str(source))
+        text, unreadable = parser.read_source(str(source))
         if text is None:
             return None, unreadable
         source = text
@@ -67,7 +64,7 @@ def read(
     *,
     strict: bool = False,
     supervises: bool = False,
-    reader: Reader = read_source,
+    reader: Reader = parser.read_source,
 ) -> ReadResult:
     """As :func:`load`, with symbol tables and libraries, for tools that look up names.
 
@@ -80,7 +77,7 @@ def read(
 class ResolvedFile:
     """One file and its diagnostics. ``contents`` is None if nothing of it could be parsed."""
 
-    contents: FileContents | None
+    contents: file_resolver.FileContents | None
     diagnostics: tuple[Diagnostic, ...]
 
     @property
@@ -92,9 +89,9 @@ class ResolvedFile:
 class ReadResult:
     """The result of :func:`read`; ``libraries`` are all that the file needs, by name."""
 
-    robot: Robot | None
+    robot: entities.Robot | None
     diagnostics: tuple[Diagnostic, ...]
-    contents: FileContents | None
+    contents: file_resolver.FileContents | None
     libraries: Mapping[str, ResolvedFile]
 
 
@@ -138,7 +135,7 @@ class _Loader:
 
     def _file(self, source: Source) -> ResolvedFile:
         report = Report(self._strict)
-        node, syntax = parse(source)
+        node, syntax = parser.parse(source)
         if node is not None:
             node = write_out(node, report)
         report.extend(syntax)
@@ -150,7 +147,7 @@ class _Loader:
         if node.kind == "robot" and not self._open:
             self._robot = scope.origin
         self._open.append(scope.origin)
-        resolver = FileResolver(
+        resolver = file_resolver.FileResolver(
             scope,
             self._type_declarations,
             self._definitions,
@@ -164,8 +161,8 @@ class _Loader:
         return ResolvedFile(contents, kept)
 
     def _library(
-        self, library: Name, scope: FileScope, report: Report, *, imported: bool = True
-    ) -> FileContents | None:
+        self, library: nodes.Name, scope: FileScope, report: Report, *, imported: bool = True
+    ) -> file_resolver.FileContents | None:
         """The library of a name; None after an error, here or in the library.
 
         Not ``imported``: the name may be another thing, so that nothing is wrong if there is none.
@@ -185,7 +182,7 @@ class _Loader:
                 "library-not-found",
                 library.span,
                 f"there is no library '{name}'",
-                followed(meant, looked),
+                remedies.followed(meant, looked),
             )
             return None
         # Importers in different folders may find different files for one name.
@@ -205,7 +202,7 @@ class _Loader:
         file = self._libraries[name]
         return file.contents if file.is_sound else None
 
-    def _may_open(self, library: Name, report: Report) -> bool:
+    def _may_open(self, library: nodes.Name, report: Report) -> bool:
         name = library.text
         if name == self._robot:
             report.add(
@@ -232,7 +229,7 @@ class _Loader:
             return True
         return False
 
-    def _read_library(self, path: str, library: Name) -> ResolvedFile:
+    def _read_library(self, path: str, library: nodes.Name) -> ResolvedFile:
         source, unreadable = self._reader(path)
         file = ResolvedFile(None, unreadable)
         if source is not None:

@@ -13,10 +13,9 @@ from typing import NamedTuple
 from robosc.errors import UsageError
 from robosc.model.ros.interfaces import Definition
 from robosc.model.ros.recorded import definitions
+from robosc.new import survey
 from robosc.new.frames import TOPICS, Frames
-from robosc.new.survey import UNKNOWN_NODE, RosGraph, Spacing, pauses_of
-from robosc.simulate.bags.bag_files import Bag, opened_bag
-from robosc.simulate.bags.storage import Channel
+from robosc.simulate.bags import bag_files, storage
 
 _MEASURED = 60
 """Seconds from the beginning in which pauses are measured: bags may have many gigabytes."""
@@ -34,8 +33,8 @@ class Recorded(NamedTuple):
     """What a recording has: the graph, the pauses of each topic, the definitions of its messages,
     by names like ``geometry_msgs/Twist``, and what there is to know of it."""
 
-    graph: RosGraph
-    pauses: dict[str, Spacing]
+    graph: survey.RosGraph
+    pauses: dict[str, survey.Spacing]
     definitions: dict[str, Definition]
     notes: tuple[str, ...]
 
@@ -49,19 +48,19 @@ def read(path: Path) -> Recorded:
     Raises:
         UsageError: it cannot be read.
     """
-    with opened_bag(path) as bag:
+    with bag_files.opened_bag(path) as bag:
         channels = bag.storage.channels.values()
         topics = [_topic(channel) for channel in channels]
         frames = _frames(bag)
         told = {chain.name: chain.arrivals for chain in frames.chains()}
-        pauses = pauses_of(_arrivals(bag) | told)
+        pauses = survey.pauses_of(_arrivals(bag) | told)
         notes = (*bag.storage.missing, *bag.storage.notes)
     return Recorded(
         replace(_graph(topics), chains=frames.chains()), pauses, _definitions(channels), notes
     )
 
 
-def _definitions(channels: Iterable[Channel]) -> dict[str, Definition]:
+def _definitions(channels: Iterable[storage.Channel]) -> dict[str, Definition]:
     """All definitions that can be read."""
     found: dict[str, Definition] = {}
     for channel in channels:
@@ -72,7 +71,7 @@ def _definitions(channels: Iterable[Channel]) -> dict[str, Definition]:
     return found
 
 
-def _arrivals(bag: Bag) -> dict[str, list[float]]:
+def _arrivals(bag: bag_files.Bag) -> dict[str, list[float]]:
     """The seconds at which messages of each topic came, without those of latched topics."""
     arrivals = defaultdict[str, "list[float]"](list)
     for number, channel in bag.storage.channels.items():
@@ -82,7 +81,7 @@ def _arrivals(bag: Bag) -> dict[str, list[float]]:
     return {topic: sorted(times) for topic, times in arrivals.items()}
 
 
-def _frames(bag: Bag) -> Frames:
+def _frames(bag: bag_files.Bag) -> Frames:
     """The frames of the beginning."""
     frames = Frames()
     with suppress(UsageError):  # messages in another form than their definition says
@@ -94,13 +93,13 @@ def _frames(bag: Bag) -> Frames:
     return frames
 
 
-def _topic(channel: Channel) -> tuple[str, str, str]:
+def _topic(channel: storage.Channel) -> tuple[str, str, str]:
     """Name, type as ``package/Type``, and the node that sent it: empty if that is not known."""
     package, _, rest = channel.type.partition("/")
     return channel.topic, f"{package}/{rest.rpartition('/')[2]}", channel.node
 
 
-def _graph(topics: Collection[tuple[str, str, str]]) -> RosGraph:
+def _graph(topics: Collection[tuple[str, str, str]]) -> survey.RosGraph:
     names = {name for name, _, _ in topics}
     senders = defaultdict[str, "list[str]"](list)
     types: dict[str, str] = {}
@@ -129,7 +128,7 @@ def _graph(topics: Collection[tuple[str, str, str]]) -> RosGraph:
     }
     commands |= {n: [_unknown(n)] for n in senders if _by_controller(senders, n)}
     publishers = {name: at for name, at in senders.items() if name not in commands}
-    return RosGraph(publishers, commands, services, actions, types)
+    return survey.RosGraph(publishers, commands, services, actions, types)
 
 
 def _by_controller(senders: Nodes, topic: str) -> bool:
@@ -151,4 +150,4 @@ def _reporting(topic: str, names: Set[str]) -> str:
 
 def _unknown(name: str) -> str:
     """A component for a topic whose node is not known: that of its outermost namespace."""
-    return UNKNOWN_NODE + name.strip("/").split("/")[0]
+    return survey.UNKNOWN_NODE + name.strip("/").split("/")[0]

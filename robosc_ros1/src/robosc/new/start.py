@@ -7,11 +7,10 @@ from pathlib import Path
 
 from robosc.errors import UsageError, counted
 from robosc.language.attributes import TRANSFORM_TYPE
+from robosc.model.ros import interfaces
 from robosc.model.ros.definitions import MessageDefinitions
-from robosc.model.ros.interfaces import Definition, Folder, Missing
-from robosc.new import from_bag, from_ros1, from_ros2
+from robosc.new import from_bag, from_ros1, from_ros2, skeleton
 from robosc.new.declared_types import parts
-from robosc.new.skeleton import from_survey
 from robosc.new.survey import Offer, RosGraph, Spacing, Survey, survey
 from robosc.view.node import which_ros
 
@@ -52,7 +51,7 @@ def _model(
     pauses: Mapping[str, Spacing],
     origin: str,
     nothing: str,
-    recorded: Mapping[str, Definition] | None = None,
+    recorded: Mapping[str, interfaces.Definition] | None = None,
     notes: Sequence[str] = (),
 ) -> str:
     seen = survey(graph)
@@ -71,22 +70,22 @@ def _model(
         print(
             f"left out, since their types are not defined here: {', '.join(o.name for o in absent)}"
         )
-    return from_survey(name, here, pauses, origin, absent, recorded, notes)
+    return skeleton.from_survey(name, here, pauses, origin, absent, recorded, notes)
 
 
 def _defined(
-    survey: Survey, definitions: MessageDefinitions, recorded: Mapping[str, Definition]
+    survey: Survey, definitions: MessageDefinitions, recorded: Mapping[str, interfaces.Definition]
 ) -> tuple[Survey, list[Offer]]:
     """What a model can name or declare, and what has a type without a definition."""
     absent: list[Offer] = []
     declared: set[str] = set()
 
-    def known(offers: Iterable[Offer], folder: Folder) -> tuple[Offer, ...]:
+    def known(offers: Iterable[Offer], folder: interfaces.Folder) -> tuple[Offer, ...]:
         there: list[Offer] = []
         for offer in offers:
             package, _, type_ = offer.type.partition("/")
             found = definitions.interface(package, type_, folder)
-            if not isinstance(found, Missing):
+            if not isinstance(found, interfaces.Missing):
                 there.append(offer)
             elif found.reason == "package" and any(parts(offer.type, folder, recorded)):
                 declared.add(offer.type)

@@ -9,21 +9,19 @@ from robosc.expr.traversal import all_names
 from robosc.expr.tree import REASON, TRUE, Binary, Expr, Literal, ReasonRef, ValueRef
 from robosc.expr.types import BooleanType, EnumType
 from robosc.expr.undefined_data import defined
-from robosc.language.events import EventKind, Kind
-from robosc.language.reasons import FAILED, REASONS, REFUSED, reasons_of
+from robosc.language import events, reasons
 from robosc.model.entities import Communication
-from robosc.plant.acceptance import guarded_phase
+from robosc.plant import acceptance, logic
 from robosc.plant.automaton import LocalAutomaton, PhaseStep
 from robosc.plant.data.view import FiniteView, expected_of_error
 from robosc.plant.event_values import values_read
-from robosc.plant.logic import conjunction, disjunction, negation
 
-_WHILE_CANCELLING = frozenset(reason.word for reason in REASONS if reason.while_cancelling)
+_WHILE_CANCELLING = frozenset(reason.word for reason in reasons.REASONS if reason.while_cancelling)
 
 
 def divided_phase(
     communication: Communication,
-    kind: EventKind,
+    kind: events.EventKind,
     phase: PhaseStep | None,
     automata: Iterable[LocalAutomaton],
     view: FiniteView,
@@ -35,9 +33,9 @@ def divided_phase(
     if phase is None or communication.phases is None:
         return None
     guards: dict[int, Expr | None] = {}
-    if kind is EventKind.RESPONSE and communication.expect is not None:
+    if kind is events.EventKind.RESPONSE and communication.expect is not None:
         guards = dict.fromkeys(phase.sources, view.expression(communication.expect))
-    elif kind is EventKind.ERROR:
+    elif kind is events.EventKind.ERROR:
         read = values_read(e for automaton in automata for e in automaton.expressions).values()
         names = communication.phases.names
         guards = {
@@ -46,7 +44,7 @@ def divided_phase(
         }
     if all(guard is None for guard in guards.values()):
         return None
-    return guarded_phase(communication.key, phase, guards, communication.span)
+    return acceptance.guarded_phase(communication.key, phase, guards, communication.span)
 
 
 def _possible_error(
@@ -64,34 +62,34 @@ def _possible_error(
     refused = expected = None
     if there is not None and communication.expect is not None:
         expected = view.expression(expected_of_error(communication))
-        refused = TRUE if is_assumed else conjunction([there, negation(expected)])
+        refused = TRUE if is_assumed else logic.conjunction([there, logic.negation(expected)])
     reason = next((r.type for r in found if isinstance(r, ReasonRef)), None)
     if not isinstance(reason, EnumType):
-        is_service = communication.kind is Kind.SERVICE
+        is_service = communication.kind is events.Kind.SERVICE
         if not is_service or there is None or refused is None or is_assumed:
             return None
-        return disjunction([negation(there), refused])
+        return logic.disjunction([logic.negation(there), refused])
     words = [
         word
-        for word in reasons_of(communication.kind)
-        if (word != REFUSED or is_assumed or communication.expect is not None)
+        for word in reasons.reasons_of(communication.kind)
+        if (word != reasons.REFUSED or is_assumed or communication.expect is not None)
         and (phase != "cancelling" or word in _WHILE_CANCELLING)
     ]
     if there is None:
         return None if len(words) == len(reason.values) else _one_of(words, reason)
     parts = []
     for word in words:
-        also = negation(there)
-        if word == REFUSED:
+        also = logic.negation(there)
+        if word == reasons.REFUSED:
             also = refused or TRUE
-        elif word == FAILED and communication.kind is Kind.ACTION:
+        elif word == reasons.FAILED and communication.kind is events.Kind.ACTION:
             also = TRUE
-        parts.append(conjunction([_one_of([word], reason), also]))
-    return disjunction(parts)
+        parts.append(logic.conjunction([_one_of([word], reason), also]))
+    return logic.disjunction(parts)
 
 
 def _one_of(words: Iterable[str], reason: EnumType) -> Expr:
-    return disjunction(
+    return logic.disjunction(
         Binary("=", ReasonRef(REASON, reason), Literal(word, reason), BooleanType())
         for word in words
     )

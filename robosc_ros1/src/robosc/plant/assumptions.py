@@ -13,22 +13,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from robosc.expr import tree, types
 from robosc.expr.traversal import (
     reads_value,
     within,
 )
-from robosc.expr.tree import (
-    TRUE,
-    Binary,
-    Expr,
-    Literal,
-)
-from robosc.expr.types import BooleanType, IntegerType
 from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind
 from robosc.model.entities import Assumption, Communication, Robot
-from robosc.plant.logic import conjunction, disjunction, negation, simplified
-from robosc.plant.preconditions import EventCase, after_event, cases_of
+from robosc.plant import logic, preconditions
 
 EXCLUDED = (EventKind.RESPONSE, EventKind.FEEDBACK)
 """The events that are assumed away; those of time, of failures and of calls never are."""
@@ -39,7 +32,7 @@ class Restriction:
     """An assumption, as the condition before an event under which the event keeps to it."""
 
     assumption: Assumption
-    condition: Expr
+    condition: tree.Expr
 
 
 Restrictions: TypeAlias = Mapping[tuple[EventKind, str], Sequence[Restriction]]
@@ -57,7 +50,7 @@ def restrictions(robot: Robot) -> Restrictions:
     return {event: assumed for event, assumed in restricted.items() if assumed}
 
 
-def conditions_of_states(robot: Robot) -> Iterator[tuple[Expr, int]]:
+def conditions_of_states(robot: Robot) -> Iterator[tuple[tree.Expr, int]]:
     """The conditions of the assumptions that are about states, each with its index."""
     for index, assumption in enumerate(robot.assumptions):
         if assumption.communication is None:
@@ -70,12 +63,12 @@ def _restrictions_of(
     for assumption in robot.assumptions:
         if assumption.communication == communication.key:
             concerned = kind in events_of(assumption, robot)
-            condition = known_condition(assumption.condition) if concerned else TRUE
+            condition = known_condition(assumption.condition) if concerned else tree.TRUE
         elif assumption.communication is not None:
             continue
         else:
             condition = _lasting(robot, communication, kind, known_condition(assumption.condition))
-        if condition != TRUE:
+        if condition != tree.TRUE:
             yield Restriction(assumption, condition)
 
 
@@ -93,29 +86,34 @@ def events_of(assumption: Assumption, robot: Robot) -> tuple[EventKind, ...]:
     return tuple(kind for kind in found if communication.sort.event(kind) is not None)
 
 
-def _lasting(robot: Robot, communication: Communication, kind: EventKind, condition: Expr) -> Expr:
+def _lasting(
+    robot: Robot, communication: Communication, kind: EventKind, condition: tree.Expr
+) -> tree.Expr:
     """The condition before an event under which a condition still holds after it, if it did."""
-    cases = cases_of(robot, communication, kind)
-    after = after_event(condition, cases)
-    if after == condition or (lasting := simplified(known_condition(after))) == TRUE:
-        return TRUE
+    cases = preconditions.cases_of(robot, communication, kind)
+    after = preconditions.after_event(condition, cases)
+    if after == condition or (lasting := logic.simplified(known_condition(after))) == tree.TRUE:
+        return tree.TRUE
     # An event that leaves a range leads to no state, so that nothing is assumed of it.
     leaving = (expr for found in cases.values() for case in found for expr in _leaving(case, robot))
-    return disjunction([negation(condition), lasting, *leaving])
+    return logic.disjunction([logic.negation(condition), lasting, *leaving])
 
 
-def _leaving(case: EventCase, robot: Robot) -> Iterator[Expr]:
+def _leaving(case: preconditions.EventCase, robot: Robot) -> Iterator[tree.Expr]:
     """Yield when a variable leaves its range."""
     for key, value in case.assigned.items():
         variable = robot.variables[key]
         type_ = variable.type
-        if variable.in_state and isinstance(type_, IntegerType) and not within(value, type_):
+        if variable.in_state and isinstance(type_, types.IntegerType) and not within(value, type_):
             assert type_.bounds is not None
             sides = zip(("<", ">"), type_.bounds, strict=True)
-            outside = [Binary(op, value, Literal(b, value.type), BooleanType()) for op, b in sides]
-            yield conjunction([case.condition, disjunction(outside)])
+            outside = [
+                tree.Binary(op, value, tree.Literal(b, value.type), types.BooleanType())
+                for op, b in sides
+            ]
+            yield logic.conjunction([case.condition, logic.disjunction(outside)])
 
 
-def joined(assumed: Sequence[Restriction]) -> Expr:
+def joined(assumed: Sequence[Restriction]) -> tree.Expr:
     """The condition under which an event keeps to all that is assumed of it."""
-    return conjunction(restriction.condition for restriction in assumed)
+    return logic.conjunction(restriction.condition for restriction in assumed)

@@ -19,17 +19,12 @@ from functools import cached_property
 from itertools import product
 from typing import TypeAlias
 
-from robosc.expr.identity_cache import IdentityCache
-from robosc.expr.tree import Binary, Expr, PhaseRef, StateRef, TestRef, VariableRef
-from robosc.expr.types import Type, Value
+from robosc.expr import identity_cache, tree, types
 from robosc.language.events import EventKind, active_names, command_key, named_phases
 from robosc.model.automata import Assignment
 from robosc.model.entities import Robot
-from robosc.plant.assumptions import Restrictions
-from robosc.plant.counting import counts, tighter
+from robosc.plant import assumptions, counting, logic, partial_evaluation
 from robosc.plant.data.view import FiniteView, reference_to
-from robosc.plant.logic import conjunction, negation
-from robosc.plant.partial_evaluation import PartValues
 from robosc.source import Span
 
 PlantState: TypeAlias = tuple[int, ...]
@@ -63,11 +58,11 @@ class StateVariable:
 
     kind: VariableKind
     name: str
-    values: Sequence[Value]
+    values: Sequence[types.Value]
     initial: int
     marked: frozenset[int] | None = None
     labels: tuple[str, ...] | None = None
-    test: TestRef | None = None
+    test: tree.TestRef | None = None
     starts: tuple[int, ...] = ()
 
     @property
@@ -75,26 +70,26 @@ class StateVariable:
         """The possible initial indexes, ``initial`` first."""
         return self.starts or (self.initial,)
 
-    def shown(self, index: int) -> Value:
+    def shown(self, index: int) -> types.Value:
         """A value as users see it."""
         return self.values[index] if self.labels is None else self.labels[index]
 
-    def phase(self, index: int) -> Expr:
+    def phase(self, index: int) -> tree.Expr:
         """Return the condition that a communication is in a phase; the first is that of no
         other."""
         if index == 0:
             names = [str(value) for value in self.values]
             others = (
-                PhaseRef(self.name, name, within=named_phases(names, name))
+                tree.PhaseRef(self.name, name, within=named_phases(names, name))
                 for name in active_names(names)
             )
-            return conjunction(map(negation, others))
-        return PhaseRef(self.name, str(self.values[index]))
+            return logic.conjunction(map(logic.negation, others))
+        return tree.PhaseRef(self.name, str(self.values[index]))
 
-    def read(self, leaf: Expr, index: int) -> Value:
+    def read(self, leaf: tree.Expr, index: int) -> types.Value:
         """Return the value of a leaf that reads this variable, where the variable has an index."""
         match leaf:
-            case StateRef(places=names) | PhaseRef(places=names):
+            case tree.StateRef(places=names) | tree.PhaseRef(places=names):
                 return self.values[index] in names
         return self.values[index]
 
@@ -117,14 +112,14 @@ class EventParameter:
     """
 
     path: tuple[str | int, ...]
-    type: Type
-    values: Sequence[Value | None]
+    type: types.Type
+    values: Sequence[types.Value | None]
     labels: tuple[str, ...] | None = None
-    test: TestRef | None = None
+    test: tree.TestRef | None = None
     optional: bool = False
     renews: bool = False
 
-    def shown(self, value: Value | None) -> Value | None:
+    def shown(self, value: types.Value | None) -> types.Value | None:
         """A value as users see it."""
         return value if self.labels is None else self.labels[self.values.index(value)]
 
@@ -143,8 +138,8 @@ class Edge:
     """
 
     source: int
-    guard: Expr | None
-    updates: tuple[tuple[int, Expr], ...]
+    guard: tree.Expr | None
+    updates: tuple[tuple[int, tree.Expr], ...]
     assignments: tuple[Assignment, ...]
     target: int
     enters: bool
@@ -171,7 +166,7 @@ class LocalAutomaton:
     may set back; its edges lead to rest."""
 
     @property
-    def expressions(self) -> Iterator[Expr]:
+    def expressions(self) -> Iterator[tree.Expr]:
         """The right-hand sides of updates and the guards of all edges."""
         for edge in self.edges:
             yield from (expr for _, expr in edge.updates)
@@ -224,7 +219,7 @@ class Event:
     parameters: tuple[EventParameter, ...]
     phase: PhaseStep | None
     automata: tuple[LocalAutomaton, ...]
-    requirement: Expr | None
+    requirement: tree.Expr | None
     requirements: tuple[int, ...]
     known: tuple[int, ...] = ()
     path: str = ""
@@ -247,7 +242,7 @@ class Event:
         return self.controllable and len(self.parameters) > len(self.known)
 
     @property
-    def data(self) -> PartValues:
+    def data(self) -> partial_evaluation.PartValues:
         """The values of the parameters that are known."""
         return {self.parameters[i].path: self.parameters[i].values[0] for i in self.known}
 
@@ -265,13 +260,13 @@ class PlantGoal:
     ``index`` is that of the goal in ``Robot.goals``.
     """
 
-    condition: Expr
-    origin: Expr
-    along: Expr
+    condition: tree.Expr
+    origin: tree.Expr
+    along: tree.Expr
     index: int
 
     @property
-    def conditions(self) -> tuple[Expr, ...]:
+    def conditions(self) -> tuple[tree.Expr, ...]:
         """All that it reads."""
         return self.condition, self.along, self.origin
 
@@ -292,26 +287,26 @@ class Plant:
     robot: Robot
     variables: tuple[StateVariable, ...]
     events: tuple[Event, ...]
-    invariants: tuple[tuple[Expr, int], ...]
+    invariants: tuple[tuple[tree.Expr, int], ...]
     view: FiniteView = field(compare=False, repr=False)
     goals: tuple[PlantGoal, ...] = ()
-    lasting: tuple[tuple[Expr, int], ...] = ()
-    restrictions: Restrictions = field(default_factory=dict, compare=False, repr=False)
+    lasting: tuple[tuple[tree.Expr, int], ...] = ()
+    restrictions: assumptions.Restrictions = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
     def variable_index(self) -> dict[tuple[VariableKind, str], int]:
         return {(variable.kind, variable.name): i for i, variable in enumerate(self.variables)}
 
-    def variable_of(self, leaf: Expr) -> int | None:
+    def variable_of(self, leaf: tree.Expr) -> int | None:
         """Return the state variable that a leaf reads; None if it reads no state."""
         match leaf:
-            case TestRef(name=name):
+            case tree.TestRef(name=name):
                 return self.variable_index[VariableKind.TEST, name]
-            case VariableRef(component=component, variable=name):
+            case tree.VariableRef(component=component, variable=name):
                 return self.variable_index[VariableKind.DATA, f"{component}.{name}"]
-            case StateRef(component=component):
+            case tree.StateRef(component=component):
                 return self.variable_index[VariableKind.LOCATION, component]
-            case PhaseRef(communication=key):
+            case tree.PhaseRef(communication=key):
                 return self.variable_index[VariableKind.PHASE, key]
         return None
 
@@ -319,35 +314,35 @@ class Plant:
         """Return the number of values of each of some state variables."""
         return tuple(self.variables[variable].size for variable in variables)
 
-    def leaf_of(self, variable: StateVariable) -> VariableRef | TestRef:
+    def leaf_of(self, variable: StateVariable) -> tree.VariableRef | tree.TestRef:
         """Return the leaf that reads a variable or a test of data."""
         return variable.test or reference_to(self.robot.variables[variable.name])
 
     @cached_property
-    def supports(self) -> IdentityCache[tuple[int, ...]]:
+    def supports(self) -> identity_cache.IdentityCache[tuple[int, ...]]:
         """A cache: the indexes of the state variables that each condition reads."""
-        return IdentityCache()
+        return identity_cache.IdentityCache()
 
     @cached_property
-    def lasting_counts(self) -> IdentityCache[tuple[Expr, ...]]:
+    def lasting_counts(self) -> identity_cache.IdentityCache[tuple[tree.Expr, ...]]:
         """A cache: the counts that guards may use, for the conditions of state requirements."""
-        return IdentityCache()
+        return identity_cache.IdentityCache()
 
     @cached_property
-    def comparisons(self) -> IdentityCache[tuple[Binary, ...]]:
+    def comparisons(self) -> identity_cache.IdentityCache[tuple[tree.Binary, ...]]:
         """A cache: the comparisons of the state in each condition."""
-        return IdentityCache()
+        return identity_cache.IdentityCache()
 
     @cached_property
-    def tighter_counts(self) -> tuple[Expr, ...]:
+    def tighter_counts(self) -> tuple[tree.Expr, ...]:
         """For each count in a state requirement, the condition that it may rise by one.
 
         It is sufficient for events that bring one component into the counted state.
         """
         found = [
-            tighter(count)
+            counting.tighter(count)
             for condition, _ in self.invariants
-            for count in counts(condition, self.robot)
+            for count in counting.counts(condition, self.robot)
         ]
         return tuple(dict.fromkeys(expr for expr in found if expr is not None))
 

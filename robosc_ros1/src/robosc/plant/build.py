@@ -7,22 +7,12 @@ from dataclasses import replace
 from itertools import chain
 
 from robosc.errors import StateSpaceError
-from robosc.expr.traversal import operands
-from robosc.expr.tree import (
-    FALSE,
-    TRUE,
-    Binary,
-    ChoiceRef,
-    Expr,
-    TestRef,
-    ValueRef,
-    VariableRef,
-)
-from robosc.expr.types import BooleanType, Value, domain
+from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, EventSort, command_key
 from robosc.model.automata import HOLDING, RESTING, Transition, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
+from robosc.plant import event_values, logic, precedence
 from robosc.plant.acceptance import acceptance, is_left_to_components
 from robosc.plant.answers import divided_phase
 from robosc.plant.assumptions import Restrictions, conditions_of_states, joined, restrictions
@@ -38,16 +28,11 @@ from robosc.plant.automaton import (
     StateVariable,
     VariableKind,
 )
-from robosc.plant.data.asked_cases import by_data
-from robosc.plant.data.builder import finite_view
-from robosc.plant.data.classes import Classes
+from robosc.plant.data import asked_cases, builder, classes
 from robosc.plant.data.values import values_of_term
 from robosc.plant.data.view import FiniteView, may_be_missing, reference_to
-from robosc.plant.event_values import values_read
 from robosc.plant.lasting import Reset, resets
-from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.own_transitions import OwnTransition, own_transitions
-from robosc.plant.precedence import Taken, joined_transitions, taken_in
 
 
 def lower(robot: Robot) -> Plant:
@@ -73,7 +58,9 @@ def lower(robot: Robot) -> Plant:
 
 
 def _goal(goal: Goal, view: FiniteView, index: int) -> PlantGoal:
-    origin, along = (TRUE if e is None else view.expression(e) for e in (goal.origin, goal.along))
+    origin, along = (
+        tree.TRUE if e is None else view.expression(e) for e in (goal.origin, goal.along)
+    )
     return PlantGoal(view.expression(goal.condition), origin, along, index)
 
 
@@ -92,7 +79,7 @@ def _state_variables(
                 frozenset(i for i, s in enumerate(states) if s.marked),
             )
             for variable in behaviour.variables:
-                is_finite = variable.in_state and domain(variable.type) is not None
+                is_finite = variable.in_state and types.domain(variable.type) is not None
                 if is_finite or variable.key in view.variables:
                     values, labels = values_of_term(
                         view, None, reference_to(variable), variable.key
@@ -124,7 +111,7 @@ class _Lowering:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self.restrictions = restrictions(robot)
-        self.view = finite_view(robot, self.restrictions)
+        self.view = builder.finite_view(robot, self.restrictions)
         self.variables = tuple(_state_variables(robot, self.view, self.restrictions))
         self.variable_index = {(v.kind, v.name): i for i, v in enumerate(self.variables)}
         self.provided = {provide.communication for provide in robot.provides}
@@ -136,7 +123,7 @@ class _Lowering:
         """Components that mention an event of a communication, by name, in model order."""
         for component in robot.components:
             if component.behaviour is not None:
-                for transition in joined_transitions(component.behaviour):
+                for transition in precedence.joined_transitions(component.behaviour):
                     key = transition.event, transition.communication
                     self.listeners.setdefault(key, {})[component.name] = component
 
@@ -145,7 +132,7 @@ class _Lowering:
             for sort in communication.sort.events_of(communication.timeout is not None):
                 if self._is_left_out(sort.kind, communication.key):
                     continue
-                yield from by_data(self._communication_event(communication, sort))
+                yield from asked_cases.by_data(self._communication_event(communication, sort))
         if component.behaviour is not None:
             own = own_transitions(component.behaviour)
             yield from (self._event_of(component, transition) for transition in own)
@@ -212,13 +199,13 @@ class _Lowering:
         for reset in self.resets.get((kind, key, index), ()):
             variable = self.variable_index[VariableKind.LOCATION, reset.lasting.name]
             places = self.variables[variable].values
-            guard = self.view.expression(negation(reset.kept))
+            guard = self.view.expression(logic.negation(reset.kept))
             ends = places.index(HOLDING), places.index(RESTING)
             edge = Edge(ends[0], guard, (), (), ends[1], True, (), (), reset.lasting.span)
-            edges = () if guard == FALSE else (edge,)
+            edges = () if guard == tree.FALSE else (edge,)
             yield LocalAutomaton(reset.lasting.name, variable, edges, False, resets=True)
 
-    def _requirement(self, key: str, kind: EventKind) -> tuple[Expr | None, tuple[int, ...]]:
+    def _requirement(self, key: str, kind: EventKind) -> tuple[tree.Expr | None, tuple[int, ...]]:
         if not kind.controllable:
             return None, ()
         found = {
@@ -229,9 +216,9 @@ class _Lowering:
         kept = [self.view.met(requirement) for requirement in found.values()]
         if kind is EventKind.CANCEL:
             # A goal may be cancelled only while a requirement on its action is violated.
-            return disjunction(_operands("or", map(negation, kept))), tuple(found)
-        requirement = conjunction(_operands("and", kept))
-        return (None if requirement == TRUE else requirement), tuple(found)
+            return logic.disjunction(_operands("or", map(logic.negation, kept))), tuple(found)
+        requirement = logic.conjunction(_operands("and", kept))
+        return (None if requirement == tree.TRUE else requirement), tuple(found)
 
     def _automaton(self, component: Component, kind: EventKind, key: str) -> LocalAutomaton:
         behaviour = component.behaviour
@@ -239,7 +226,7 @@ class _Lowering:
         edges = [
             self._edge(component, location, taken)
             for location, state in enumerate(behaviour.states)
-            for taken in taken_in(behaviour, state, kind, key)
+            for taken in precedence.taken_in(behaviour, state, kind, key)
         ]
         variable = self.variable_index[VariableKind.LOCATION, component.name]
         # One of several that perform a command does not block it: a requirement says where it is.
@@ -248,7 +235,7 @@ class _Lowering:
         )
         return LocalAutomaton(component.name, variable, tuple(edges), blocking)
 
-    def _edge(self, component: Component, location: int, taken: Taken) -> Edge:
+    def _edge(self, component: Component, location: int, taken: precedence.Taken) -> Edge:
         transition = taken.transition
         guards = [self.view.expression(guard) for guard in taken.guards]
         updates = tuple(self._updates(component, transition))
@@ -257,7 +244,7 @@ class _Lowering:
             guards.append(self._changes_something(updates))
         return Edge(
             location,
-            conjunction(guards) if guards else None,
+            logic.conjunction(guards) if guards else None,
             updates,
             transition.assignments,
             target,
@@ -267,18 +254,20 @@ class _Lowering:
             transition.span,
         )
 
-    def _changes_something(self, updates: Iterable[tuple[int, Expr]]) -> Expr:
+    def _changes_something(self, updates: Iterable[tuple[int, tree.Expr]]) -> tree.Expr:
         """Return the condition that an internal transition, which stays, changes a variable.
 
         One that changes nothing would be taken without end.
         """
-        return disjunction(
-            known_condition(Binary("!=", reference_to(variable), value, BooleanType()))
+        return logic.disjunction(
+            known_condition(tree.Binary("!=", reference_to(variable), value, types.BooleanType()))
             for index, value in updates
             if (variable := self.robot.variables.get(self.variables[index].name)) is not None
         )
 
-    def _updates(self, component: Component, transition: Transition) -> Iterator[tuple[int, Expr]]:
+    def _updates(
+        self, component: Component, transition: Transition
+    ) -> Iterator[tuple[int, tree.Expr]]:
         for assignment in transition.assignments:
             key = f"{component.name}.{assignment.variable}"
             variable = self.variable_index.get((VariableKind.DATA, key))
@@ -297,23 +286,23 @@ class _Lowering:
         self,
         automata: Iterable[LocalAutomaton],
         scope: tuple[EventKind, str],
-        requirement: Expr | None = None,
+        requirement: tree.Expr | None = None,
     ) -> Iterator[EventParameter]:
         """Yield the parts of the value that are read, by a requirement on data first."""
         required = () if requirement is None else (requirement,)
         local = (expr for automaton in automata for expr in automaton.expressions)
-        read = values_read(chain(required, local))
+        read = event_values.values_read(chain(required, local))
         for part in read.values():
             yield self._parameter(part, scope)
 
-    def _parameter(self, reference: ValueRef, scope: tuple[EventKind, str]) -> EventParameter:
-        test = reference.test if isinstance(reference, ChoiceRef) else None
-        values: Sequence[Value | None]
+    def _parameter(self, reference: tree.ValueRef, scope: tuple[EventKind, str]) -> EventParameter:
+        test = reference.test if isinstance(reference, tree.ChoiceRef) else None
+        values: Sequence[types.Value | None]
         values, labels = values_of_term(self.view, scope, reference, "a received value")
-        if not isinstance(values, Classes) and may_be_missing(reference):
+        if not isinstance(values, classes.Classes) and may_be_missing(reference):
             values = (*values, None)
         optional = reference.optional
-        renews = isinstance(reference, ChoiceRef) and test is None
+        renews = isinstance(reference, tree.ChoiceRef) and test is None
         return EventParameter(
             reference.path, reference.type, values, labels, test, optional, renews
         )
@@ -323,7 +312,7 @@ class _Lowering:
         transition, locations, path = own
         kind = transition.event
         guards = () if transition.guard is None else (transition.guard,)
-        taken = Taken(transition, guards, ())
+        taken = precedence.Taken(transition, guards, ())
         edges = tuple(self._edge(component, location, taken) for location in locations)
         variable = self.variable_index[VariableKind.LOCATION, component.name]
         automata = (
@@ -366,12 +355,12 @@ def _outer(component: Component, location: int, taken: Transition) -> Iterator[s
                 yield outer.name
 
 
-def _index_of(term: VariableRef | TestRef) -> tuple[VariableKind, str]:
-    if isinstance(term, TestRef):
+def _index_of(term: tree.VariableRef | tree.TestRef) -> tuple[VariableKind, str]:
+    if isinstance(term, tree.TestRef):
         return VariableKind.TEST, term.name
     return VariableKind.DATA, f"{term.component}.{term.variable}"
 
 
-def _operands(operator: str, conditions: Iterable[Expr]) -> Iterator[Expr]:
+def _operands(operator: str, conditions: Iterable[tree.Expr]) -> Iterator[tree.Expr]:
     """What conditions join: requirements may share some of it."""
-    return chain.from_iterable(operands(condition, operator) for condition in conditions)
+    return chain.from_iterable(traversal.operands(condition, operator) for condition in conditions)

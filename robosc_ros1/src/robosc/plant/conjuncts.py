@@ -10,8 +10,7 @@ from robosc.expr.traversal import path_text, walk
 from robosc.expr.tree import Binary, Expr, ParameterRef, PhaseRef, Unary, ValueRef, VariableRef
 from robosc.expr.types import ArrayType, BooleanType, ObjectType
 from robosc.model.entities import Requirement, Robot
-from robosc.plant.logic import negation
-from robosc.plant.model_text import to_dsl
+from robosc.plant import logic, model_text
 
 _MOST_VALUES = 4
 """More than these would hide the reason in the message."""
@@ -36,7 +35,7 @@ def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
     found = tuple(
         Conjunct(
             f"{_text(part, robot)} is {'false' if wanted else 'true'}" if len(parts) > 1 else "",
-            negation(part) if wanted else part,
+            logic.negation(part) if wanted else part,
             dict(_values(part)),
         )
         for part, wanted in parts
@@ -48,8 +47,8 @@ def _text(expr: Expr, robot: Robot) -> str:
     """A part as the model says it: ``dock.idle``, not ``!dock.busy``."""
     phase = _named_phase(expr)
     if phase is None or expr.span is None:
-        return to_dsl(expr, robot)
-    communication, _, _ = to_dsl(phase, robot).rpartition(".")
+        return model_text.to_dsl(expr, robot)
+    communication, _, _ = model_text.to_dsl(phase, robot).rpartition(".")
     return f"{communication}.{expr.span.text.rpartition('.')[2]}"
 
 

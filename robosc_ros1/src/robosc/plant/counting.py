@@ -15,21 +15,8 @@ from itertools import islice
 from operator import is_not
 from typing import TypeGuard
 
-from robosc.expr.identity_cache import IdentityCache
-from robosc.expr.quantified import at_least, chain
+from robosc.expr import identity_cache, quantified, tree, types
 from robosc.expr.traversal import may_be_undefined, operands, rewritten, walk
-from robosc.expr.tree import (
-    Binary,
-    Count,
-    Expr,
-    Leaf,
-    Literal,
-    PhaseRef,
-    StateRef,
-    Unary,
-    VariableRef,
-)
-from robosc.expr.types import BooleanType
 from robosc.model.entities import Robot
 from robosc.names import Copy
 
@@ -42,29 +29,29 @@ _LEAST_LISTED = 4
 _LEAST_CHAINED = 8
 """A chain of fewer conditions is not treated as a count."""
 
-_BOOLEAN = BooleanType()
+_BOOLEAN = types.BooleanType()
 _MOST_PARTS = 8
 
-_Kind = tuple[bool, str, Expr]
+_Kind = tuple[bool, str, tree.Expr]
 """What conditions on copies of a component have in common: whether they are negated, the name
 without an index, and the condition on a component of that name."""
 
 
-def with_counts(expr: Expr, robot: Robot, *, chains: bool = True) -> Expr:
+def with_counts(expr: tree.Expr, robot: Robot, *, chains: bool = True) -> tree.Expr:
     """Return the condition with counts (``chains``: also ``any`` and ``all``) recognised."""
     return _Finder(chains, robot).found(expr)
 
 
-def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
+def with_component(expr: tree.Expr, name: Callable[[str], str]) -> tree.Expr:
     """Return the condition with each component that it reads renamed by ``name``."""
 
-    def leaf(node: Literal | Leaf) -> Expr:
+    def leaf(node: tree.Literal | tree.Leaf) -> tree.Expr:
         match node:
-            case StateRef(component=component):
+            case tree.StateRef(component=component):
                 return replace(node, component=name(component))
-            case VariableRef(component=component, variable=variable, type=type_):
-                return VariableRef(name(component), variable, type_)
-            case PhaseRef(communication=key):
+            case tree.VariableRef(component=component, variable=variable, type=type_):
+                return tree.VariableRef(name(component), variable, type_)
+            case tree.PhaseRef(communication=key):
                 component, _, communication = key.partition(".")
                 return replace(node, communication=f"{name(component)}.{communication}")
         return node
@@ -72,27 +59,27 @@ def with_component(expr: Expr, name: Callable[[str], str]) -> Expr:
     return rewritten(expr, leaf)
 
 
-def counts(expr: Expr, robot: Robot) -> Iterator[Count]:
+def counts(expr: tree.Expr, robot: Robot) -> Iterator[tree.Count]:
     """Yield the counts in a condition; a long chain is a count of all, or at least one."""
     for part in walk(with_counts(expr, robot)):
-        negated = isinstance(part, Unary) and part.operator == "!"
-        whole = part.operand if isinstance(part, Unary) and negated else part
-        if isinstance(whole, Count):
+        negated = isinstance(part, tree.Unary) and part.operator == "!"
+        whole = part.operand if isinstance(part, tree.Unary) and negated else part
+        if isinstance(whole, tree.Count):
             yield replace(whole, negated=whole.negated != negated)
         elif _is_junction(whole):
             parts = operands(whole, whole.operator)
             if len(parts) >= _LEAST_CHAINED and not any(
-                _is_junction(one) or isinstance(one, Count) or may_be_undefined(one)
+                _is_junction(one) or isinstance(one, tree.Count) or may_be_undefined(one)
                 for one in parts
             ):
                 yield _counted(parts, 1 if whole.operator == "or" else len(parts), negated)
 
 
-def tighter(count: Count) -> Expr | None:
+def tighter(count: tree.Count) -> tree.Expr | None:
     """Return the expanded condition with a bound that is tighter by one; None: it would be too
     large."""
-    tight = at_least(count.conditions, count.least + (-1 if count.negated else 1))
-    return tight if tight is None or not count.negated else Unary("!", tight, _BOOLEAN)
+    tight = quantified.at_least(count.conditions, count.least + (-1 if count.negated else 1))
+    return tight if tight is None or not count.negated else tree.Unary("!", tight, _BOOLEAN)
 
 
 class _Finder:
@@ -100,20 +87,20 @@ class _Finder:
 
     def __init__(self, chains: bool, robot: Robot) -> None:
         self._chains = chains
-        self._found: IdentityCache[Expr] = IdentityCache()
+        self._found: identity_cache.IdentityCache[tree.Expr] = identity_cache.IdentityCache()
         self._counts, self._sizes = robot.counts
 
-    def found(self, expr: Expr) -> Expr:
+    def found(self, expr: tree.Expr) -> tree.Expr:
         return self._found.of(expr, self._find)
 
-    def _find(self, expr: Expr) -> Expr:
+    def _find(self, expr: tree.Expr) -> tree.Expr:
         match expr:
-            case Unary(operator="!", operand=operand):
+            case tree.Unary(operator="!", operand=operand):
                 inner = self.found(operand)
-                if isinstance(inner, Count):
+                if isinstance(inner, tree.Count):
                     return replace(inner, negated=not inner.negated)
-                return expr if inner is operand else Unary("!", inner, _BOOLEAN)
-            case Binary(operator="and" | "or" as operator):
+                return expr if inner is operand else tree.Unary("!", inner, _BOOLEAN)
+            case tree.Binary(operator="and" | "or" as operator):
                 old = operands(expr, operator)
                 if any(map(_is_junction, old)):
                     count = self._count(expr)
@@ -125,42 +112,42 @@ class _Finder:
                     new = _grouped(operator, new)
                 if len(new) == len(old) and not any(map(is_not, new, old)):
                     return expr
-                return chain(operator, new)
-            case Binary(operator="=>", left=left, right=right):
+                return quantified.chain(operator, new)
+            case tree.Binary(operator="=>", left=left, right=right):
                 sides = self.found(left), self.found(right)
                 if sides[0] is not left or sides[1] is not right:
-                    return Binary("=>", *sides, _BOOLEAN)
+                    return tree.Binary("=>", *sides, _BOOLEAN)
         return expr
 
-    def _operands(self, expr: Expr, operator: str) -> Iterator[Expr]:
+    def _operands(self, expr: tree.Expr, operator: str) -> Iterator[tree.Expr]:
         """Yield the operands of a chain; an operand that is a count is not split."""
-        if not isinstance(expr, Binary) or expr.operator != operator or self._count(expr):
+        if not isinstance(expr, tree.Binary) or expr.operator != operator or self._count(expr):
             yield expr
         else:
             yield from self._operands(expr.left, operator)
             yield from self._operands(expr.right, operator)
 
-    def _count(self, expr: Binary) -> Count | None:
+    def _count(self, expr: tree.Binary) -> tree.Count | None:
         """Return the count with this expansion; None if there is none, or it is ``any`` or
         ``all``."""
         return self._counts.of(expr, self._new_count)
 
-    def _new_count(self, expr: Expr) -> Count | None:
+    def _new_count(self, expr: tree.Expr) -> tree.Count | None:
         number, written = self._size(expr)
         return _count_of(expr, number, written)
 
-    def _size(self, expr: Expr) -> tuple[int, int]:
+    def _size(self, expr: tree.Expr) -> tuple[int, int]:
         """Return the least number of conditions that must hold (if the operands of each ``and``
         have none in common), and the number of leaves."""
         return self._sizes.of(expr, self._new_size) if _is_junction(expr) else (1, 1)
 
-    def _new_size(self, expr: Expr) -> tuple[int, int]:
-        assert isinstance(expr, Binary)
+    def _new_size(self, expr: tree.Expr) -> tuple[int, int]:
+        assert isinstance(expr, tree.Binary)
         (left, few), (right, many) = map(self._size, expr.operands)
         return left + right if expr.operator == "and" else min(left, right), few + many
 
 
-def _count_of(expr: Expr, number: int, written: int) -> Count | None:
+def _count_of(expr: tree.Expr, number: int, written: int) -> tree.Count | None:
     if number < 2 or (size := _counted_of(number, written)) is None:
         return None
     conditions = list(_conditions(expr))
@@ -171,12 +158,12 @@ def _count_of(expr: Expr, number: int, written: int) -> Count | None:
     ):
         return None
     # The order of the conditions must match, too: that of a list was chosen by the user.
-    return _counted(conditions, number) if at_least(conditions, number) == expr else None
+    return _counted(conditions, number) if quantified.at_least(conditions, number) == expr else None
 
 
-def _conditions(expr: Expr) -> dict[Expr, None]:
+def _conditions(expr: tree.Expr) -> dict[tree.Expr, None]:
     """Return the conditions of the count, in order, if the expression is the expansion of one."""
-    conditions: dict[Expr, None] = {}
+    conditions: dict[tree.Expr, None] = {}
     seen: set[int] = set()
     stack = [expr]
     while stack:
@@ -193,8 +180,8 @@ def _conditions(expr: Expr) -> dict[Expr, None]:
     return conditions
 
 
-def _is_junction(expr: Expr) -> TypeGuard[Binary]:
-    return isinstance(expr, Binary) and expr.operator in ("and", "or")
+def _is_junction(expr: tree.Expr) -> TypeGuard[tree.Binary]:
+    return isinstance(expr, tree.Binary) and expr.operator in ("and", "or")
 
 
 @cache
@@ -220,19 +207,19 @@ def _written(conditions: int, number: int) -> int:
     )
 
 
-def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:
+def _grouped(operator: str, parts: Sequence[tree.Expr]) -> list[tree.Expr]:
     """Return the operands of a chain, the same conditions on copies of a component as one."""
     kinds: dict[_Kind, dict[int, int]] = {}
     for place, part in enumerate(parts):
         literal = _literal(part)
         if literal is not None:
             kinds.setdefault(literal[0], {}).setdefault(literal[1], place)
-    left: dict[int, Expr] = dict(enumerate(parts))
+    left: dict[int, tree.Expr] = dict(enumerate(parts))
     for (negated, _, _), places in kinds.items():
         for run in _runs(sorted(places)):
             conditions = [parts[places[index]] for index in run]
             if negated:
-                conditions = [c.operand for c in conditions if isinstance(c, Unary)]
+                conditions = [c.operand for c in conditions if isinstance(c, tree.Unary)]
             # All of them hold if and only if not any of their opposites does.
             is_any = (operator == "or") != negated
             count = _counted(conditions, 1 if is_any else len(conditions), negated)
@@ -243,8 +230,8 @@ def _grouped(operator: str, parts: Sequence[Expr]) -> list[Expr]:
     return [left[place] for place in sorted(left)]
 
 
-def _counted(conditions: Sequence[Expr], least: int, negated: bool = False) -> Count:
-    return Count("", (), _BOOLEAN, conditions=tuple(conditions), least=least, negated=negated)
+def _counted(conditions: Sequence[tree.Expr], least: int, negated: bool = False) -> tree.Count:
+    return tree.Count("", (), _BOOLEAN, conditions=tuple(conditions), least=least, negated=negated)
 
 
 def _runs(indexes: Sequence[int]) -> Iterator[list[int]]:
@@ -264,12 +251,12 @@ def _is_run(indexes: Sequence[int]) -> bool:
     return len(indexes) >= _LEAST_COPIES and indexes[-1] - indexes[0] == len(indexes) - 1
 
 
-def copies_of(count: Count) -> tuple[str, int] | None:
+def copies_of(count: tree.Count) -> tuple[str, int] | None:
     """Return the name and the first index of the copies counted; None: it counts a list."""
     return _copies(count.conditions)
 
 
-def _copies(conditions: Sequence[Expr]) -> tuple[str, int] | None:
+def _copies(conditions: Sequence[tree.Expr]) -> tuple[str, int] | None:
     read = [_literal(condition) for condition in conditions]
     first, kinds = read[0], {literal and literal[0] for literal in read}
     if first is None or len(kinds) > 1 or not _is_run([index for _, index in filter(None, read)]):
@@ -278,16 +265,16 @@ def _copies(conditions: Sequence[Expr]) -> tuple[str, int] | None:
     return name, index
 
 
-def _literal(expr: Expr) -> tuple[_Kind, int] | None:
+def _literal(expr: tree.Expr) -> tuple[_Kind, int] | None:
     """Return kind and index of a condition on one copy of a component; None if it is none."""
-    negated = isinstance(expr, Unary) and expr.operator == "!"
-    inner = expr.operand if isinstance(expr, Unary) and negated else expr
-    if isinstance(inner, StateRef):  # as most are
+    negated = isinstance(expr, tree.Unary) and expr.operator == "!"
+    inner = expr.operand if isinstance(expr, tree.Unary) and negated else expr
+    if isinstance(inner, tree.StateRef):  # as most are
         copy = Copy.of(inner.component)
         if copy is None:
             return None
         return (negated, copy.family, replace(inner, component=copy.family)), copy.index
-    if isinstance(inner, Binary) and inner.operation.is_lazy:
+    if isinstance(inner, tree.Binary) and inner.operation.is_lazy:
         return None
     if len(list(islice(walk(inner), _MOST_PARTS + 1))) > _MOST_PARTS or may_be_undefined(inner):
         return None

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, ReasonRef, ValueRef
-from robosc.expr.types import NoneType, Type
+from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot, data_expressions
 from robosc.plant.automaton import Event
@@ -20,22 +18,22 @@ def is_optional(robot: Robot, event: Event) -> bool:
     return sort is not None and sort.optional
 
 
-def value_type(robot: Robot, event: Event) -> Type:
+def value_type(robot: Robot, event: Event) -> types.Type:
     """Return the type of an event's value; ``none`` if it is never read, and optional or what
     another controller sends."""
     if event.kind.of_component:
-        return NoneType()
+        return types.NoneType()
     unread = is_optional(robot, event) or event.kind.sent
     if unread and not value_parts(robot, event):
-        return NoneType()
+        return types.NoneType()
     return robot.communications[event.key].value_type(event.kind)
 
 
-def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]:
+def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], types.Type]:
     """Return the parts of an event's value, with their types, that transitions read for any
     variable, and requirements on what another controller sends; of an answer also those that are
     read where it is refused, which makes it an error."""
-    readers: list[Expr] = []
+    readers: list[tree.Expr] = []
     if robot.supervises and event.kind is EventKind.REQUEST:
         readers += (robot.requirements[number].condition for number in event.requirements)
         if event.key in robot.corrected:
@@ -53,14 +51,14 @@ def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], Type]
                 readers += (assignment.value for assignment in transition.assignments)
                 readers += [] if transition.guard is None else [transition.guard]
     parts = values_read(readers)
-    return {path: p.type for path, p in parts.items() if not isinstance(p, ReasonRef)}
+    return {path: p.type for path, p in parts.items() if not isinstance(p, tree.ReasonRef)}
 
 
-def values_read(exprs: Iterable[Expr]) -> dict[tuple[str | int, ...], ValueRef]:
+def values_read(exprs: Iterable[tree.Expr]) -> dict[tuple[str | int, ...], tree.ValueRef]:
     """Return the parts of an event's value that expressions read, by path, in their order."""
-    found: dict[tuple[str | int, ...], ValueRef] = {}
+    found: dict[tuple[str | int, ...], tree.ValueRef] = {}
     for expr in exprs:
-        for part in walk(expr):
-            if isinstance(part, ValueRef):
+        for part in traversal.walk(expr):
+            if isinstance(part, tree.ValueRef):
                 found.setdefault(part.path, part)
     return found

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from robosc.expr.traversal import rewritten
-from robosc.expr.tree import Expr, Leaf, Literal, StateRef
-from robosc.expr.undefined_data import known_condition
+from robosc.expr import traversal, tree, undefined_data
 from robosc.language.events import EventKind
-from robosc.model.automata import Lasting
-from robosc.model.entities import Robot
+from robosc.model import automata, entities
 from robosc.plant.logic import conjunction, simplified
 from robosc.plant.preconditions import EventCase, Owner, after_event, cases_of, cases_of_step
 
@@ -20,11 +17,11 @@ class Reset:
     """That an event may change what a lasting condition is about: it does not set the condition
     back where ``kept``, over the state before the event, holds."""
 
-    lasting: Lasting
-    kept: Expr
+    lasting: automata.Lasting
+    kept: tree.Expr
 
 
-def resets(robot: Robot) -> Iterator[tuple[tuple[EventKind, str, int], Reset]]:
+def resets(robot: entities.Robot) -> Iterator[tuple[tuple[EventKind, str, int], Reset]]:
     """Yield what each event, by its identity in the plant, may set back."""
     if not robot.lasting:
         return
@@ -35,22 +32,22 @@ def resets(robot: Robot) -> Iterator[tuple[tuple[EventKind, str, int], Reset]]:
             # Its own event happens only where its condition holds, and changes nothing in that.
             after = condition if identity[1] == lasting.name else after_event(condition, cases)
             if after != condition:
-                yield identity, Reset(lasting, simplified(known_condition(after)))
+                yield identity, Reset(lasting, simplified(undefined_data.known_condition(after)))
 
 
-def _spread(condition: Expr, conditions: Mapping[str, Expr]) -> Expr:
+def _spread(condition: tree.Expr, conditions: Mapping[str, tree.Expr]) -> tree.Expr:
     """A condition in which others that must last are also as they are after an event at once."""
 
-    def leaf(node: Literal | Leaf) -> Expr:
-        if isinstance(node, StateRef) and node.component in conditions:
+    def leaf(node: tree.Literal | tree.Leaf) -> tree.Expr:
+        if isinstance(node, tree.StateRef) and node.component in conditions:
             return conjunction([node, _spread(conditions[node.component], conditions)])
         return node
 
-    return rewritten(condition, leaf)
+    return traversal.rewritten(condition, leaf)
 
 
 def _events(
-    robot: Robot,
+    robot: entities.Robot,
 ) -> Iterator[tuple[tuple[EventKind, str, int], Mapping[Owner, Sequence[EventCase]]]]:
     for communication in robot.communications.values():
         for sort in communication.sort.events_of(communication.timeout is not None):

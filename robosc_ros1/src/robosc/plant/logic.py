@@ -5,65 +5,53 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from robosc.expr.quantified import chain, opposite
-from robosc.expr.traversal import fold, with_operands
-from robosc.expr.tree import (
-    FALSE,
-    TRUE,
-    Binary,
-    ChoiceRef,
-    Expr,
-    Leaf,
-    Literal,
-    Operation,
-    TestRef,
-    Unary,
-)
-from robosc.expr.types import BooleanType
+from robosc.expr import quantified, traversal, tree, types
 
-_BOOLEAN = BooleanType()
+_BOOLEAN = types.BooleanType()
 
 
-def negation(expr: Expr) -> Expr:
+def negation(expr: tree.Expr) -> tree.Expr:
     """Return ``!expr``; for a comparison, the opposite comparison."""
-    if isinstance(expr, Binary) and expr.operation.negation:
-        return Binary(expr.operation.negation, expr.left, expr.right, _BOOLEAN)
-    return opposite(expr)
+    if isinstance(expr, tree.Binary) and expr.operation.negation:
+        return tree.Binary(expr.operation.negation, expr.left, expr.right, _BOOLEAN)
+    return quantified.opposite(expr)
 
 
-def conjunction(parts: Iterable[Expr]) -> Expr:
+def conjunction(parts: Iterable[tree.Expr]) -> tree.Expr:
     """Return the conjunction without repeated and constant parts; TRUE if none is left."""
-    return _simplified("and", parts, TRUE, FALSE)
+    return _simplified("and", parts, tree.TRUE, tree.FALSE)
 
 
-def disjunction(parts: Iterable[Expr]) -> Expr:
+def disjunction(parts: Iterable[tree.Expr]) -> tree.Expr:
     """Return the disjunction without repeated and constant parts; FALSE if none is left."""
-    return _simplified("or", parts, FALSE, TRUE)
+    return _simplified("or", parts, tree.FALSE, tree.TRUE)
 
 
-def _simplified(operator: str, parts: Iterable[Expr], unit: Literal, zero: Literal) -> Expr:
+def _simplified(
+    operator: str, parts: Iterable[tree.Expr], unit: tree.Literal, zero: tree.Literal
+) -> tree.Expr:
     distinct = [*parts]
     if len(distinct) > 1:  # hashing traverses expressions, which may be large
         distinct = [*dict.fromkeys(distinct)]
     kept = [p for p in distinct if p != unit]
     if zero in kept:
         return zero
-    return chain(operator, kept) if kept else unit
+    return quantified.chain(operator, kept) if kept else unit
 
 
 class Junction(NamedTuple):
     """A conjunction or disjunction of two expressions with their polarity (False: negated)."""
 
     conjunctive: bool
-    parts: tuple[tuple[Expr, bool], tuple[Expr, bool]]
+    parts: tuple[tuple[tree.Expr, bool], tuple[tree.Expr, bool]]
 
 
-def junction(expr: Expr, polarity: bool) -> Junction | None:
+def junction(expr: tree.Expr, polarity: bool) -> Junction | None:
     """Return the operands of an ``and``, ``or`` or ``=>``, or (``polarity`` False) of its negation.
 
     None for any other expression.
     """
-    if not isinstance(expr, Binary) or expr.operation.decider is None:
+    if not isinstance(expr, tree.Binary) or expr.operation.decider is None:
         return None
     operation = expr.operation
     conjunctive = polarity != operation.decided
@@ -71,37 +59,37 @@ def junction(expr: Expr, polarity: bool) -> Junction | None:
     return Junction(conjunctive, ((expr.left, left), (expr.right, polarity)))
 
 
-def exact(expr: Expr) -> Expr:
+def exact(expr: tree.Expr) -> tree.Expr:
     """Return the expression with the terms of the plant replaced by the data that they test."""
 
-    def leaf(node: Literal | Leaf) -> Expr:
+    def leaf(node: tree.Literal | tree.Leaf) -> tree.Expr:
         test = _test(node)
         return node if test is None else test.subject
 
-    def operation(node: Operation, operands: tuple[Expr, ...]) -> Expr:
-        test = _test(node.left) if isinstance(node, Binary) else None
+    def operation(node: tree.Operation, operands: tuple[tree.Expr, ...]) -> tree.Expr:
+        test = _test(node.left) if isinstance(node, tree.Binary) else None
         if test is None or test.other is None:
-            return with_operands(node, operands)
-        return Binary(node.operator, test.subject, test.other, node.type, node.span)
+            return traversal.with_operands(node, operands)
+        return tree.Binary(node.operator, test.subject, test.other, node.type, node.span)
 
-    return fold(expr, leaf, operation)
+    return traversal.fold(expr, leaf, operation)
 
 
-def _test(expr: Expr) -> TestRef | None:
+def _test(expr: tree.Expr) -> tree.TestRef | None:
     match expr:
-        case TestRef():
+        case tree.TestRef():
             return expr
-        case ChoiceRef(test=test):
+        case tree.ChoiceRef(test=test):
             return test
     return None
 
 
-def simplified(expr: Expr) -> Expr:
+def simplified(expr: tree.Expr) -> tree.Expr:
     """Return a condition without constant operands of ``and``, ``or``, ``=>`` and ``!``."""
-    if isinstance(expr, Unary) and expr.operator == "!":
+    if isinstance(expr, tree.Unary) and expr.operator == "!":
         return negation(simplified(expr.operand))
     found = junction(expr, True)
-    if found is None or not isinstance(expr, Binary):
+    if found is None or not isinstance(expr, tree.Binary):
         return expr
     conjunctive, parts = found
     sides = [

@@ -6,35 +6,11 @@ import math
 from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
-from robosc.expr.traversal import fold, walk, without_last
-from robosc.expr.tree import (
-    Aggregate,
-    Call,
-    ChoiceRef,
-    Convert,
-    Count,
-    ElementRef,
-    Expr,
-    Holds,
-    Leaf,
-    Literal,
-    Made,
-    Operation,
-    ParameterRef,
-    Part,
-    PhaseRef,
-    ReasonRef,
-    StateRef,
-    TestRef,
-    ValueRef,
-    VariableRef,
-)
-from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
+from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import asked_for, with_presence_written
 from robosc.language.keywords import escape
 from robosc.language.operators import BINARY, UNARY, Spelled
-from robosc.model.automata import HOLDING
-from robosc.model.entities import Robot
+from robosc.model import automata, entities
 from robosc.names import copy_name
 from robosc.plant.counting import copies_of, with_counts
 from robosc.plant.logic import exact
@@ -45,9 +21,9 @@ _UNARY_LEVEL = UNARY["!"].level
 
 
 def to_dsl(
-    expr: Expr,
-    robot: Robot,
-    spelled: Callable[[Leaf], str | None] = lambda leaf: None,
+    expr: tree.Expr,
+    robot: entities.Robot,
+    spelled: Callable[[tree.Leaf], str | None] = lambda leaf: None,
     *,
     is_part: bool = False,
     element: tuple[str, str] = ("", ""),
@@ -64,30 +40,30 @@ def to_dsl(
     def owner(component: str) -> str:
         return element[1] if component == element[0] else escape(component)
 
-    def phases_of(node: PhaseRef) -> tuple[str, ...]:
+    def phases_of(node: tree.PhaseRef) -> tuple[str, ...]:
         phases = robot.communications[node.communication].phases
         return () if phases is None else phases.names
 
-    def leaf(node: Leaf) -> str:
+    def leaf(node: tree.Leaf) -> str:
         match node:
             case _ if (text := spelled(node)) is not None:
                 return text
-            case TestRef(name=name) | ChoiceRef(path=(str(name),)):
+            case tree.TestRef(name=name) | tree.ChoiceRef(path=(str(name),)):
                 return name
-            case ReasonRef():
+            case tree.ReasonRef():
                 return "reason"
-            case StateRef(component=component, state=name) if component in lasting:
+            case tree.StateRef(component=component, state=name) if component in lasting:
                 path = ".".join(map(escape, component.split(".")))
-                return path if name == HOLDING else f"!{path}"
+                return path if name == automata.HOLDING else f"!{path}"
             case (
-                VariableRef(component=component, variable=name)
-                | StateRef(component=component, state=name)
+                tree.VariableRef(component=component, variable=name)
+                | tree.StateRef(component=component, state=name)
             ):
                 path = ".".join(map(escape, name.replace(" ", ".").split(".")))
                 return f"{owner(component)}.{path}"
-            case ParameterRef(parameter=parameter):
+            case tree.ParameterRef(parameter=parameter):
                 return ".".join(escape(part) for part in parameter.key.split("."))
-            case PhaseRef(communication=key, phase=phase):
+            case tree.PhaseRef(communication=key, phase=phase):
                 name = robot.display_names[key]
                 component, _, own = key.partition(".")
                 if component == element[0] or name in component_names:
@@ -100,67 +76,73 @@ def to_dsl(
                 if phase == "busy" and not node.within and "ending" in phases_of(node):
                     return f"({name}.busy and !{name}.ending)"  # what is ending is busy, too
                 return f"{name}.{phase}"
-            case ValueRef(path=path):
+            case tree.ValueRef(path=path):
                 return "value" + _parts(path)
-            case ElementRef(variable=name, path=path):
+            case tree.ElementRef(variable=name, path=path):
                 return escape(name) + _parts(path)
 
-    def of_leaf(node: Literal | Leaf) -> Spelled:
-        if isinstance(node, Count):
+    def of_leaf(node: tree.Literal | tree.Leaf) -> Spelled:
+        if isinstance(node, tree.Count):
 
-            def text(one: Expr, element: tuple[str, str]) -> str:
+            def text(one: tree.Expr, element: tuple[str, str]) -> str:
                 return to_dsl(one, robot, spelled, is_part=True, element=element)
 
             return _count_text(node, text, component_names)
-        if not isinstance(node, Literal):
+        if not isinstance(node, tree.Literal):
             return Spelled(leaf(node), _ATOM)
         negative = not isinstance(node.value, bool | str) and str(node.value)[0] == "-"
         return Spelled(_constant_text(node.value, node.type), _UNARY_LEVEL if negative else _ATOM)
 
-    def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+    def of_operation(node: tree.Operation, operands: tuple[Spelled, ...]) -> Spelled:
         match node:
-            case Convert(argument=argument, type=enum):
+            case tree.Convert(argument=argument, type=enum):
                 if _is_element(argument, enum):
                     return operands[0]
                 own = enum.origin == robot.name
                 name = enum.name if own else f"{escape(enum.origin)}.{enum.name}"
                 return Spelled(f"{name}({operands[0].text})", _ATOM)
-            case Part(path=path):
+            case tree.Part(path=path):
                 return Spelled(f"{operands[0]:{_ATOM}}{_parts(path)}", _ATOM)
-            case Made(names=names):
+            case tree.Made(names=names):
                 parts = [text.text for text in operands]
                 named = [f"{escape(n)}: {p}" for n, p in zip(names, parts, strict=False)]
                 listed = f"{{ {', '.join(named)} }}" if names else f"[{', '.join(parts)}]"
                 return Spelled(listed, _ATOM)
-            case Holds():
+            case tree.Holds():
                 return Spelled(f"defined({text_of(asked_for(node))})", _ATOM)
-            case Call(operator="sector", operands=(ranges, *_)) if scan := without_last(ranges):
+            case tree.Call(operator="sector", operands=(ranges, *_)) if (
+                scan := traversal.without_last(ranges)
+            ):
                 operands = (Spelled(text_of(scan), _ATOM), *operands[-2:])
         return node.operation.text.of(operands)
 
-    def of_aggregate(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
+    def of_aggregate(
+        node: tree.Aggregate, array: Spelled, visit: Callable[[tree.Expr], Spelled]
+    ) -> Spelled:
         names = ", ".join(filter(None, (node.position, node.variable)))
         through = f"{visit(node.element).text} for {names} in {array.text}"
         condition = "" if node.condition is None else f" if {visit(node.condition).text}"
         return node.operation.text.of([Spelled(f"{through}{condition}", _ATOM)])
 
-    def text_of(written: Expr) -> str:
-        return fold(written, of_leaf, of_operation, bound=of_aggregate).text
+    def text_of(written: tree.Expr) -> str:
+        return traversal.fold(written, of_leaf, of_operation, bound=of_aggregate).text
 
     return text_of(with_presence_written(exact(with_counts(expr, robot)), not is_part))
 
 
-def _is_element(argument: Expr, enum: EnumType) -> bool:
+def _is_element(argument: tree.Expr, enum: types.EnumType) -> bool:
     """Whether it is an element of an array of an enum: the model does not write its conversion."""
     return (
-        isinstance(argument, Call)
+        isinstance(argument, tree.Call)
         and argument.operator == "element"
-        and argument.operands[0].type == ArrayType(enum)
+        and argument.operands[0].type == types.ArrayType(enum)
     )
 
 
 def _count_text(
-    count: Count, text: Callable[[Expr, tuple[str, str]], str], components: Collection[str]
+    count: tree.Count,
+    text: Callable[[tree.Expr, tuple[str, str]], str],
+    components: Collection[str],
 ) -> Spelled:
     """``count(s.served for s in Station[1..3]) < 2``, or ``count(x for x in [A.busy, …]) < 2``."""
     copies = copies_of(count)
@@ -184,15 +166,15 @@ def _count_text(
     return Spelled(f"count{inner} {sign} {count.least}", BINARY[sign].level)
 
 
-def _bare_names(expr: Expr) -> Iterator[str]:
+def _bare_names(expr: tree.Expr) -> Iterator[str]:
     """The names in the text of a condition that stand behind no component's."""
-    for part in walk(exact(expr)):
+    for part in traversal.walk(exact(expr)):
         match part:
-            case Literal(value=str() as name) | ElementRef(variable=name):
+            case tree.Literal(value=str() as name) | tree.ElementRef(variable=name):
                 yield name
-            case ParameterRef(parameter=parameter):
+            case tree.ParameterRef(parameter=parameter):
                 yield from parameter.key.split(".")
-            case Aggregate(variable=name, position=position):
+            case tree.Aggregate(variable=name, position=position):
                 yield from (name, position)
 
 
@@ -200,20 +182,20 @@ def _parts(path: tuple[str | int, ...]) -> str:
     return "".join(f"[{part}]" if isinstance(part, int) else f".{escape(part)}" for part in path)
 
 
-def _constant_text(value: Any, type_: Type) -> str:
+def _constant_text(value: Any, type_: types.Type) -> str:
     if isinstance(value, dict):
-        fields = dict(type_.properties) if isinstance(type_, ObjectType) else {}
+        fields = dict(type_.properties) if isinstance(type_, types.ObjectType) else {}
         parts = (f"{escape(n)}: {_constant_text(v, fields[n])}" for n, v in value.items())
         return "{ " + ", ".join(parts) + " }"
     if isinstance(value, tuple):
-        element = type_.element if isinstance(type_, ArrayType) else type_
+        element = type_.element if isinstance(type_, types.ArrayType) else type_
         return f"[{', '.join(_constant_text(v, element) for v in value)}]"
     if isinstance(value, bool):
         return "true" if value else "false"
     if value is NOW:
         return str(value)
     if isinstance(value, str):
-        if isinstance(type_, StringType):
+        if isinstance(type_, types.StringType):
             escaped = value.replace("\\", "\\\\").replace('"', '\\"')
             return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
         return escape(value)

@@ -18,10 +18,8 @@ from operator import itemgetter
 from string import ascii_lowercase
 from typing import NamedTuple
 
-from robosc.expr.identity_cache import IdentityCache
+from robosc.expr import identity_cache, tree, types
 from robosc.expr.traversal import operands, walk
-from robosc.expr.tree import Binary, Count, Expr, NamedPart, Unary
-from robosc.expr.types import BooleanType
 from robosc.model.entities import Robot
 from robosc.plant.counting import with_counts
 from robosc.plant.logic import conjunction, disjunction
@@ -46,7 +44,7 @@ class NamedExpr(NamedTuple):
     """A part: its name and its expression, which refers to earlier parts by their names."""
 
     name: str
-    expr: Expr
+    expr: tree.Expr
 
     def text(self, robot: Robot) -> str:
         """Return the expression as model text."""
@@ -61,7 +59,7 @@ class _Node(NamedTuple):
 
     operator: str
     operands: tuple[int, ...]
-    expr: Expr
+    expr: tree.Expr
 
 
 class _Part(NamedTuple):
@@ -74,11 +72,11 @@ class _Part(NamedTuple):
 class PartNames:
     """Finds the named parts of the long ones among some guards."""
 
-    def __init__(self, robot: Robot, guards: Iterable[Expr]) -> None:
+    def __init__(self, robot: Robot, guards: Iterable[tree.Expr]) -> None:
         self._robot = robot
         self._nodes: list[_Node] = []
         self._numbers: dict[object, int] = {}
-        self._by_identity: IdentityCache[int] = IdentityCache()
+        self._by_identity: identity_cache.IdentityCache[int] = identity_cache.IdentityCache()
         self._atoms: dict[int, int] = {}
         self._chains: dict[int, tuple[int, ...]] = {}
         self._parts: list[_Part] = []
@@ -87,25 +85,25 @@ class PartNames:
         self._find([self._number(with_counts(expr, robot)) for expr in self._long])
         self.definitions = tuple(self._definitions())
 
-    def is_long(self, guard: Expr) -> bool:
+    def is_long(self, guard: tree.Expr) -> bool:
         return any(guard is long for long in self._long)
 
-    def of_guard(self, guard: Expr) -> Expr:
+    def of_guard(self, guard: tree.Expr) -> tree.Expr:
         """Return the guard, with named parts if it is long."""
         return self.short(guard) if self.is_long(guard) else guard
 
-    def lines(self, guard: Expr) -> list[str]:
+    def lines(self, guard: tree.Expr) -> list[str]:
         """Return the guard as text, after a line for each part that it uses."""
         shown = self.of_guard(guard)
         parts = [part.line(self._robot) for part in self.used([shown])]
         return [*parts, to_dsl(shown, self._robot)]
 
-    def short(self, expr: Expr) -> Expr:
+    def short(self, expr: tree.Expr) -> tree.Expr:
         """Return an expression with all parts in it replaced by their names."""
         number = self._number(with_counts(expr, self._robot))
         return self._expr(self._references.get(number, number))
 
-    def used(self, exprs: Iterable[Expr]) -> tuple[NamedExpr, ...]:
+    def used(self, exprs: Iterable[tree.Expr]) -> tuple[NamedExpr, ...]:
         """Return the parts that some expressions use, directly or through other parts, in order."""
         wanted = _names(exprs)
         for part in reversed(self.definitions):
@@ -115,16 +113,16 @@ class PartNames:
 
     # --- expressions as numbers; operands have smaller numbers than the expression
 
-    def _number(self, expr: Expr) -> int:
+    def _number(self, expr: tree.Expr) -> int:
         return self._by_identity.of(expr, self._new_number)
 
-    def _new_number(self, expr: Expr) -> int:
+    def _new_number(self, expr: tree.Expr) -> int:
         node = _Node("", (), expr)
         match expr:
-            case Binary(operator="and" | "or" as operator):
+            case tree.Binary(operator="and" | "or" as operator):
                 own = dict.fromkeys(self._number(part) for part in operands(expr, operator))
                 node = _Node(operator, tuple(own), expr)
-            case Unary(operator="!", operand=operand):
+            case tree.Unary(operator="!", operand=operand):
                 node = _Node("!", (self._number(operand),), expr)
         key = (node.operator, node.operands) if node.operator else expr
         if key not in self._numbers:
@@ -158,7 +156,7 @@ class PartNames:
             own = tuple(self._references.get(n, n) for n in self._nodes[number].operands)
         return own
 
-    def _expr(self, number: int) -> Expr:
+    def _expr(self, number: int) -> tree.Expr:
         node = self._nodes[number]
         parts = [self._expr(operand) for operand in self._operands(number)]
         match node.operator:
@@ -167,7 +165,7 @@ class PartNames:
             case "or":
                 return disjunction(parts)
             case "!":
-                return Unary("!", parts[0], BooleanType())
+                return tree.Unary("!", parts[0], types.BooleanType())
         return node.expr
 
     # --- the search
@@ -179,7 +177,7 @@ class PartNames:
             if best is None:
                 return
             body = best if isinstance(best, int) else self._add(best)
-            unnamed = NamedPart("", (), BooleanType())
+            unnamed = tree.NamedPart("", (), types.BooleanType())
             part = _Part(self._add(_Node("", (), unnamed)), body)
             self._atoms[part.reference] = _NAME
             if isinstance(best, int):
@@ -197,7 +195,7 @@ class PartNames:
         counts = (
             (_saved(uses, lengths[number]), number)
             for number, uses in written.items()
-            if isinstance(self._nodes[number].expr, Count) and number not in self._references
+            if isinstance(self._nodes[number].expr, tree.Count) and number not in self._references
         )
         candidates = chain[tuple[int, _Node | int]](counts, self._common(written, lengths))
         saved, best = max(candidates, key=itemgetter(0), default=(0, None))
@@ -276,7 +274,7 @@ class PartNames:
             for operand in self._operands(chains.get(number, number)):
                 yield from visit(operand)
             if number in chains:
-                part = NamedPart(next(names), (), BooleanType())
+                part = tree.NamedPart(next(names), (), types.BooleanType())
                 self._nodes[number] = _Node("", (), part)
                 yield NamedExpr(part.variable, self._expr(chains[number]))
 
@@ -289,8 +287,8 @@ def _saved(uses: int, length: int) -> int:
     return uses * (length - _NAME) - length - _DEFINITION
 
 
-def _names(exprs: Iterable[Expr]) -> set[str]:
-    return {p.variable for expr in exprs for p in walk(expr) if isinstance(p, NamedPart)}
+def _names(exprs: Iterable[tree.Expr]) -> set[str]:
+    return {p.variable for expr in exprs for p in walk(expr) if isinstance(p, tree.NamedPart)}
 
 
 def _free_names(robot: Robot) -> Iterator[str]:

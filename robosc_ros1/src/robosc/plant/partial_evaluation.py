@@ -11,13 +11,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
-from robosc.expr.evaluation import evaluate
-from robosc.expr.traversal import fold, with_operands
+from robosc.expr import evaluation, traversal, types
 from robosc.expr.tree import FALSE, TRUE, Expr, Holds, Leaf, Literal, Operation, ValueRef
-from robosc.expr.types import BooleanType, Value
-from robosc.plant.logic import conjunction, disjunction, junction, negation
+from robosc.plant import logic
 
-PartValues: TypeAlias = Mapping[tuple[str | int, ...], Value | None]
+PartValues: TypeAlias = Mapping[tuple[str | int, ...], types.Value | None]
 """The parts of the value, by path; None: the part is missing."""
 
 
@@ -42,9 +40,9 @@ def assigned(expr: Expr, values: PartValues, old: Expr) -> Expr | None:
     found = _partial(expr, values)
     if not isinstance(found, _Truth):
         return found
-    if found == _UNDEFINED or not isinstance(expr.type, BooleanType):
+    if found == _UNDEFINED or not isinstance(expr.type, types.BooleanType):
         return None
-    return disjunction([found.true, conjunction([negation(found.false), old])])
+    return logic.disjunction([found.true, logic.conjunction([logic.negation(found.false), old])])
 
 
 def _partial(expr: Expr, values: PartValues) -> Expr | _Truth:
@@ -56,19 +54,19 @@ def _partial(expr: Expr, values: PartValues) -> Expr | _Truth:
         value = values[node.path]
         return _UNDEFINED if value is None else Literal(value, node.type)
 
-    return fold(expr, leaf, _operation)
+    return traversal.fold(expr, leaf, _operation)
 
 
 def _operation(node: Operation, operands: tuple[Expr | _Truth, ...]) -> Expr | _Truth:
     if isinstance(node, Holds):
-        is_condition = isinstance(node.operand.type, BooleanType)
+        is_condition = isinstance(node.operand.type, types.BooleanType)
         return _truth(operands[0]).true if is_condition else _is_there(operands[0])
     known = [part for part in operands if not isinstance(part, _Truth)]
     if len(known) == len(operands):
         return _evaluated(node, known)
     if node.operator == "else":  # of finite values: what is defined is a number
         return operands[1] if isinstance(operands[0], _Truth) else operands[0]
-    if not all(isinstance(e.type, BooleanType) for e in (node, node.operands[0])):
+    if not all(isinstance(e.type, types.BooleanType) for e in (node, node.operands[0])):
         return _UNDEFINED
     if len(operands) == 1:
         return _opposite(_truth(operands[0]))
@@ -79,18 +77,18 @@ def _operation(node: Operation, operands: tuple[Expr | _Truth, ...]) -> Expr | _
 
 
 def _evaluated(node: Operation, operands: list[Expr]) -> Expr:
-    found = with_operands(node, tuple(operands))
+    found = traversal.with_operands(node, tuple(operands))
     if all(isinstance(part, Literal) for part in operands):
-        return Literal(evaluate(found, lambda leaf: None), node.type)
-    parts = junction(found, True)
+        return Literal(evaluation.evaluate(found, lambda leaf: None), node.type)
+    parts = logic.junction(found, True)
     if parts is not None and any(isinstance(part, Literal) for part in operands):
-        chain = conjunction if parts.conjunctive else disjunction
-        return chain(part if keep else negation(part) for part, keep in parts.parts)
+        chain = logic.conjunction if parts.conjunctive else logic.disjunction
+        return chain(part if keep else logic.negation(part) for part, keep in parts.parts)
     return found
 
 
 def _truth(part: Expr | _Truth) -> _Truth:
-    return part if isinstance(part, _Truth) else _Truth(part, negation(part))
+    return part if isinstance(part, _Truth) else _Truth(part, logic.negation(part))
 
 
 def _is_there(part: Expr | _Truth) -> Expr:
@@ -103,14 +101,14 @@ def _opposite(part: _Truth) -> _Truth:
 
 def _lazy(node: Operation, left: _Truth, right: _Truth) -> _Truth:
     decided, open_ = left if node.operation.decider else _opposite(left)
-    true, false = (conjunction([open_, side]) for side in right)
+    true, false = (logic.conjunction([open_, side]) for side in right)
     if node.operation.decided:
-        return _Truth(disjunction([decided, true]), false)
-    return _Truth(true, disjunction([decided, false]))
+        return _Truth(logic.disjunction([decided, true]), false)
+    return _Truth(true, logic.disjunction([decided, false]))
 
 
 def _same(left: _Truth, right: _Truth) -> _Truth:
     """Return where two booleans are equal, and where they differ."""
-    same = [conjunction([left[i], right[i]]) for i in (0, 1)]
-    differ = [conjunction([left[i], right[1 - i]]) for i in (0, 1)]
-    return _Truth(disjunction(same), disjunction(differ))
+    same = [logic.conjunction([left[i], right[i]]) for i in (0, 1)]
+    differ = [logic.conjunction([left[i], right[1 - i]]) for i in (0, 1)]
+    return _Truth(logic.disjunction(same), logic.disjunction(differ))

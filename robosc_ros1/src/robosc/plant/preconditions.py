@@ -11,20 +11,8 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import TypeAlias
 
+from robosc.expr import tree, types
 from robosc.expr.traversal import may_be_undefined, rewritten, walk, with_operands
-from robosc.expr.tree import (
-    FALSE,
-    TRUE,
-    Binary,
-    Expr,
-    Leaf,
-    Literal,
-    PhaseRef,
-    StateRef,
-    Unary,
-    VariableRef,
-)
-from robosc.expr.types import BooleanType
 from robosc.expr.undefined_data import defined, known_condition
 from robosc.language.events import EventKind
 from robosc.model.automata import Assignment, Transition
@@ -45,11 +33,11 @@ class EventCase:
     ``place`` is the state or the phase after it; None: as before.
     """
 
-    condition: Expr
-    where: Expr = TRUE
+    condition: tree.Expr
+    where: tree.Expr = tree.TRUE
     here: Sequence[str] = ()
     place: str | None = None
-    assigned: Mapping[str, Expr] = field(default_factory=dict)
+    assigned: Mapping[str, tree.Expr] = field(default_factory=dict)
 
 
 def cases_of(
@@ -62,7 +50,9 @@ def cases_of(
     }
     sort = communication.sort.event(kind)
     assert sort is not None
-    return cases | {communication.key: [EventCase(TRUE, place=communication.phase_after(sort))]}
+    return cases | {
+        communication.key: [EventCase(tree.TRUE, place=communication.phase_after(sort))]
+    }
 
 
 def cases_of_step(
@@ -91,7 +81,7 @@ def _cases(robot: Robot, component: Component, key: str, kind: EventKind) -> lis
     assert behaviour is not None
     states: dict[_Effect, list[str]] = {}
     for state in behaviour.states:
-        before: list[Expr] = []
+        before: list[tree.Expr] = []
         for taken in taken_in(behaviour, state, kind, key):
             guard = conjunction(map(known_condition, taken.guards))
             place = None if taken.transition.goto == state.name else taken.transition.goto
@@ -103,24 +93,24 @@ def _cases(robot: Robot, component: Component, key: str, kind: EventKind) -> lis
     return [
         EventCase(conjunction([in_here, where]), where, here, place, dict(assigned))
         for (where, place, assigned), here in states.items()
-        if where != FALSE
+        if where != tree.FALSE
         for in_here in [_in_states(robot, component, here)]
     ]
 
 
-_Effect: TypeAlias = tuple[Expr, str | None, tuple[tuple[str, Expr], ...]]
+_Effect: TypeAlias = tuple[tree.Expr, str | None, tuple[tuple[str, tree.Expr], ...]]
 """Where something happens, the state after it, and what is assigned."""
 
 
-def _in_states(robot: Robot, component: Component, names: Sequence[str]) -> Expr:
+def _in_states(robot: Robot, component: Component, names: Sequence[str]) -> tree.Expr:
     if len(names) == len(component.states):
-        return TRUE
+        return tree.TRUE
     return disjunction(in_states(robot, component.name, names))
 
 
 def _defined(
     component: Component, assignments: Sequence[Assignment]
-) -> Iterator[tuple[list[Expr], tuple[tuple[str, Expr], ...]]]:
+) -> Iterator[tuple[list[tree.Expr], tuple[tuple[str, tree.Expr], ...]]]:
     """Yield what is assigned where it is defined and, as then nothing is assigned, where not."""
     values = {f"{component.name}.{a.variable}": a.value for a in assignments}
     unsure = {key: defined(value) for key, value in values.items() if may_be_undefined(value)}
@@ -130,19 +120,23 @@ def _defined(
         yield where, tuple((key, v) for key, v in values.items() if is_there.get(key, True))
 
 
-def after_event(condition: Expr, cases: Mapping[Owner, Sequence[EventCase]]) -> Expr:
+def after_event(condition: tree.Expr, cases: Mapping[Owner, Sequence[EventCase]]) -> tree.Expr:
     """A condition on the state after an event, as one on the state before it."""
     match condition:
-        case StateRef(component=name) | PhaseRef(communication=name):
+        case tree.StateRef(component=name) | tree.PhaseRef(communication=name):
             if all(case.place is None for case in cases.get(name, ())):
                 return condition
             # An event may lead from one of several states or phases to another.
             return disjunction(_place_after(part, cases[name]) for part in each_place(condition))
-        case Unary() | Binary() if all(isinstance(o.type, BooleanType) for o in condition.operands):
+        case tree.Unary() | tree.Binary() if all(
+            isinstance(o.type, types.BooleanType) for o in condition.operands
+        ):
             return with_operands(
                 condition, tuple(after_event(o, cases) for o in condition.operands)
             )
-    read = {leaf.key: leaf.component for leaf in walk(condition) if isinstance(leaf, VariableRef)}
+    read = {
+        leaf.key: leaf.component for leaf in walk(condition) if isinstance(leaf, tree.VariableRef)
+    }
     assigned = {name: _by_assigned(cases.get(name, ()), read.keys()) for name in read.values()}
     changed = [found for found in assigned.values() if any(values for values, _ in found)]
     if not changed:
@@ -151,14 +145,16 @@ def after_event(condition: Expr, cases: Mapping[Owner, Sequence[EventCase]]) -> 
     for together in product(*changed):
         values = {key: value for given, _ in together for key, value in given}
 
-        def leaf(node: Literal | Leaf, given: Mapping[str, Expr] = values) -> Expr:
-            return given.get(node.key, node) if isinstance(node, VariableRef) else node
+        def leaf(
+            node: tree.Literal | tree.Leaf, given: Mapping[str, tree.Expr] = values
+        ) -> tree.Expr:
+            return given.get(node.key, node) if isinstance(node, tree.VariableRef) else node
 
         parts.append(conjunction([*(where for _, where in together), rewritten(condition, leaf)]))
     return disjunction(parts)
 
 
-def _place_after(node: StateRef | PhaseRef, cases: Sequence[EventCase]) -> Expr:
+def _place_after(node: tree.StateRef | tree.PhaseRef, cases: Sequence[EventCase]) -> tree.Expr:
     """Where a component is in a state, or a communication in a phase, after an event."""
     (place,) = node.places
     parts = []
@@ -172,9 +168,9 @@ def _place_after(node: StateRef | PhaseRef, cases: Sequence[EventCase]) -> Expr:
 
 def _by_assigned(
     cases: Sequence[EventCase], variables: Set[str]
-) -> list[tuple[tuple[tuple[str, Expr], ...], Expr]]:
+) -> list[tuple[tuple[tuple[str, tree.Expr], ...], tree.Expr]]:
     """What a component assigns to these variables, and where."""
-    found: dict[tuple[tuple[str, Expr], ...], list[Expr]] = {}
+    found: dict[tuple[tuple[str, tree.Expr], ...], list[tree.Expr]] = {}
     for case in cases:
         given = tuple((key, value) for key, value in case.assigned.items() if key in variables)
         found.setdefault(given, []).append(case.condition)

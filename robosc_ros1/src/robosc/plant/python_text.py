@@ -4,44 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from robosc.expr import tree, types
 from robosc.expr.traversal import fold, may_be_undefined, walk
-from robosc.expr.tree import (
-    Aggregate,
-    Binary,
-    Convert,
-    Expr,
-    Leaf,
-    Literal,
-    Made,
-    Operation,
-    Part,
-    VariableRef,
-)
-from robosc.expr.types import DoubleType, EnumType, IntegerType, StringType
 from robosc.language.operators import PYTHON_ATOM, Spelled
 
 
-def may_be_huge(expr: Expr) -> bool:
+def may_be_huge(expr: tree.Expr) -> bool:
     """Whether this is an integer that may be too large for a double.
 
     Received integers have at most 64 bits, so that takes a variable without a range, or a product
     of more than twelve factors.
     """
-    if not isinstance(expr.type, IntegerType):
+    if not isinstance(expr.type, types.IntegerType):
         return False
     parts = list(walk(expr))
-    factors = sum(isinstance(part, Binary) and part.operator == "*" for part in parts)
+    factors = sum(isinstance(part, tree.Binary) and part.operator == "*" for part in parts)
     return factors > 12 or any(
-        isinstance(part, VariableRef) and part.type == IntegerType() for part in parts
+        isinstance(part, tree.VariableRef) and part.type == types.IntegerType() for part in parts
     )
 
 
 def to_python(
-    expr: Expr,
-    leaf: Callable[[Leaf], str],
-    literal: Callable[[Literal], str] = lambda node: repr(node.value),
-    convert: Callable[[EnumType, str], str] | None = None,
-    part: Callable[[Part, str], str] | None = None,
+    expr: tree.Expr,
+    leaf: Callable[[tree.Leaf], str],
+    literal: Callable[[tree.Literal], str] = lambda node: repr(node.value),
+    convert: Callable[[types.EnumType, str], str] | None = None,
+    part: Callable[[tree.Part, str], str] | None = None,
 ) -> str:
     """Return the expression as Python source.
 
@@ -52,27 +40,27 @@ def to_python(
     ``HELPERS``. Texts of nodes that are not atomic (``a == b``) must include their parentheses.
     """
 
-    def of_leaf(node: Literal | Leaf) -> Spelled:
-        if not isinstance(node, Literal):
+    def of_leaf(node: tree.Literal | tree.Leaf) -> Spelled:
+        if not isinstance(node, tree.Literal):
             return Spelled(leaf(node), PYTHON_ATOM)
         spelled = literal(node)
         return Spelled(spelled, PYTHON_ATOM - spelled.startswith("-"))
 
-    def of_operation(node: Operation, operands: tuple[Spelled, ...]) -> Spelled:
+    def of_operation(node: tree.Operation, operands: tuple[Spelled, ...]) -> Spelled:
         operation = node.operation
-        if isinstance(node, Convert):
+        if isinstance(node, tree.Convert):
             assert convert is not None
             return Spelled(convert(node.type, operands[0].text), PYTHON_ATOM)
-        if isinstance(node, Part):
+        if isinstance(node, tree.Part):
             assert part is not None
             return Spelled(part(node, operands[0].text), PYTHON_ATOM)
-        if isinstance(node, Made):
+        if isinstance(node, tree.Made):
             parts = [text.text for text in operands]
-            names = [literal(Literal(name, StringType())) for name in node.names]
+            names = [literal(tree.Literal(name, types.StringType())) for name in node.names]
             named = [f"{n}: {p}" for n, p in zip(names, parts, strict=False)]
             listed = f"{{{', '.join(named)}}}" if named else f"[{', '.join(parts)}]"
             return Spelled(listed, PYTHON_ATOM)
-        if isinstance(node.type, DoubleType) and operation.python.level < PYTHON_ATOM:
+        if isinstance(node.type, types.DoubleType) and operation.python.level < PYTHON_ATOM:
             operands = tuple(
                 Spelled(f"widen({text.text})", PYTHON_ATOM) if may_be_huge(part) else text
                 for part, text in zip(node.operands, operands, strict=True)
@@ -82,7 +70,9 @@ def to_python(
     return fold(expr, of_leaf, of_operation, bound=_through_array).text
 
 
-def _through_array(node: Aggregate, array: Spelled, visit: Callable[[Expr], Spelled]) -> Spelled:
+def _through_array(
+    node: tree.Aggregate, array: Spelled, visit: Callable[[tree.Expr], Spelled]
+) -> Spelled:
     """Return an aggregate as a function of a list comprehension without undefined elements."""
     name, items, of_pair = element_name(node.variable), array.text, "{}"
     if node.position:

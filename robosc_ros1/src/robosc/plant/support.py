@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from robosc.expr.traversal import walk_all
-from robosc.expr.tree import (
-    Expr,
-)
+from robosc.expr import traversal, tree
 from robosc.plant.automaton import Event, Plant
 
 
-def support(plant: Plant, expr: Expr) -> tuple[int, ...]:
+def support(plant: Plant, expr: tree.Expr) -> tuple[int, ...]:
     """Return the state variables that an expression reads, ascending."""
 
-    def find(expr: Expr) -> tuple[int, ...]:
-        read = (plant.variable_of(node) for node in walk_all([expr]))
+    def find(expr: tree.Expr) -> tuple[int, ...]:
+        read = (plant.variable_of(node) for node in traversal.walk_all([expr]))
         return tuple(sorted({variable for variable in read if variable is not None}))
 
     return plant.supports.of(expr, find)

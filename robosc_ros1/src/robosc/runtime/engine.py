@@ -57,6 +57,8 @@ _BATCH = 100
 _CLOSING = 0.3
 """Seconds for which an engine that ends waits for the server of the stop command."""
 
+_NOTHING: FrozenSet[str] = frozenset()
+
 R = TypeVar("R", bound=NodeRole)
 Misfit = Callable[[BoundInput, Any, Any, Failure], bool]
 """Takes an event that cannot be applied, its message, the value that was read, and why; whether it
@@ -292,6 +294,8 @@ class Engine(Generic[R]):
                 self.observe((self._inputs[ready.key, "timeout"],), None)
             else:
                 self._owner(ready.key).miss(ready)
+        if self._calls.open and self.stopped is not None:
+            self.requests.end_open(self.stopped)  # what an operator has let through
         if self._calls.open and not self.pauses.holds:
             self.requests.send_open()
 
@@ -320,7 +324,7 @@ class Engine(Generic[R]):
         applied = self.observe(entries, message)
         if inbox.is_watched:
             known = None if self.pauses.holds else arrival
-            self._clocks.heard((entry.key for entry in applied), known)
+            self._clocks.heard([entry.key for entry in applied], known)
 
     def take_delayed(self, timer: Timer) -> None:
         """Take a transition whose delay is over, if its guard holds."""
@@ -345,15 +349,12 @@ class Engine(Generic[R]):
         Returns the events that were applied; ``misfit`` takes those that cannot be, by default
         :meth:`mismatch`.
         """
-        applied = []
+        applied, writes = [], _NOTHING
         for entry in entries:
             unfit = self._events.apply(entry, message)
             if unfit is None or (misfit or self.mismatch)(entry, message, *unfit):
                 applied.append(entry)
-        if len(applied) == 1:
-            writes = applied[0].writes
-        else:
-            writes = frozenset().union(*(entry.writes for entry in applied))
+                writes = writes | entry.writes if writes else entry.writes
         self.after(writes, entries[0].ends)
         return applied
 

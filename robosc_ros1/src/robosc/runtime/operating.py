@@ -91,26 +91,27 @@ class EngineOperator:
         self._parts.log("info", "operator " + order, "%s: %s" % (order, refusal or "done"))
 
     def _hold(self) -> Optional[str]:
-        if self._engine.stopped == HELD:
-            self._holds += 1
+        stopped = self._engine.stopped
+        if stopped not in (None, HELD, INACTIVE):
+            return "it stands still: " + stopped
+        self._holds += 1
+        if self._holds > 1:
             text = "it is held %d times, and takes as many releases" % self._holds
             self._parts.log("warning", "operator", text)
-            self._engine.stand_still()  # what was let through one by one goes on
+        if stopped == INACTIVE:  # held once it is active; until then others may command the robot
             return None
-        if self._engine.stopped is not None:
-            return "it stands still: " + self._engine.stopped
-        self._holds = 1
         self._engine.stopped = HELD
-        self._engine.stand_still()
+        self._engine.stand_still()  # also what was let through one by one
         return None
 
     def _release(self) -> Optional[str]:
-        if self._engine.stopped != HELD:
+        if not self._holds or self._engine.stopped not in (HELD, INACTIVE):
             return "it is not held"
         self._holds -= 1
         if self._holds:
             return "others hold it, too: %d more releases end that" % self._holds
-        self._engine.begin_again()
+        if self._engine.stopped == HELD:
+            self._engine.begin_again()
         return None
 
     def _step(self) -> Optional[str]:

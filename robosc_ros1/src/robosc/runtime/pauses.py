@@ -17,6 +17,8 @@ from .engine_parts import EngineParts
 
 _LONGEST = 2.0
 """Seconds for which commands are held at most, should a connection hang."""
+_LOOK = 0.05
+"""Seconds between two looks of the clocks: it is told of time that stands for a second."""
 
 _TASKS = Path("/proc/self/task")
 
@@ -57,13 +59,17 @@ class Pauses:
         """Has a function called when the heavy messages that wait now were handled."""
         self._parts = parts
         self._last: Optional[float] = None  # when the engine looked last
+        self._next_look = 0.0  # when the clocks look next whether time stands
         self._until = 0.0
         self._number = 0
 
     def look(self) -> None:
-        """Hold commands from now on if there was a pause; let the clocks follow."""
+        """Hold commands from now on if there was a pause; let the clocks follow, now and then."""
         if self.beat is not None:
-            self._parts.clocks.look(self.notice())
+            now = self.notice()
+            if now >= self._next_look:
+                self._next_look = now + _LOOK
+                self._parts.clocks.look(now)
 
     def notice(self) -> float:
         """Hold commands from now on if there was a pause; return the time of the machine."""

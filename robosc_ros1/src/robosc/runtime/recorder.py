@@ -56,6 +56,9 @@ class Entry(NamedTuple):
     reordered: bool = False
 
 
+_new_tuple = tuple.__new__
+
+
 class EventRecorder:
     """Records the latest events, for a reporter to take, and counts all.
 
@@ -101,11 +104,11 @@ class EventRecorder:
         others that were recorded.
         """
         self.number += 1
-        # In the order of the fields: names would take longer than all else here.
-        entry = Entry(
+        # Not by name, nor by the class: either would take longer than all else here.
+        entry = _new_tuple(Entry, (
             self.number, self.now() if time is None else time, kind, name, tau, value, outcome,
             detail, False, reordered, seen, blocked_by, correction, reason, reordered is not None,
-        )  # fmt: skip
+        ))  # fmt: skip
         if self._controller is None or not (
             self._fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST
         ):
@@ -116,6 +119,8 @@ class EventRecorder:
 
     def settle(self) -> None:
         """Make short forms, after the reaction to an input and in the same thread."""
+        if not self._fresh:
+            return
         fresh, self._fresh = self._fresh, []
         for entry, values in fresh:
             shorten = Shortener()

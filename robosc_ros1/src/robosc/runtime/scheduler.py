@@ -44,9 +44,9 @@ class ScheduledCommand:
 
     __slots__ = (
         "_during", "_state", "_unless", "allowed", "apply", "authorised", "changed", "count",
-        "data", "due", "index", "is_cancel", "is_once", "key", "kind", "period", "reads", "ready",
-        "replaces", "rising", "round", "row", "sent", "sort", "suspended", "synchronisation",
-        "turn", "waits_for", "was", "writes",
+        "data", "due", "has_phases", "index", "is_cancel", "is_once", "key", "kind", "period",
+        "reads", "ready", "replaces", "rising", "round", "row", "sent", "sort", "suspended",
+        "synchronisation", "turn", "waits_for", "was", "writes",
     )  # fmt: skip
 
     def __init__(
@@ -71,6 +71,7 @@ class ScheduledCommand:
         self.synchronisation = synchronisation
         self.row = command
         self._during, self._unless = command.during, command.unless
+        self.has_phases = bool(command.during or command.unless)
         self.key = command.key
         self.kind = command.kind
         self.sort = communication.sort
@@ -134,7 +135,12 @@ class ScheduledCommand:
     @property
     def waits(self) -> bool:
         """Whether it is to be sent, now or in its time."""
-        return self.was and not self.suspended and self.possible and self.is_new
+        return (
+            self.was
+            and not self.suspended
+            and (not self.has_phases or self.possible)
+            and (self.sent is NOTHING or self.is_new)
+        )
 
     @property
     def is_new(self) -> bool:
@@ -257,13 +263,20 @@ class CommandScheduler:
                 continue
             if command.sent is not NOTHING:
                 command.look()
-            possible = command.possible
+            possible = not command.has_phases or command.possible
             if not command.was:
                 command.was = True
                 if possible and not (key_ended and not command.is_cancel):
                     command.rising = True
                     self._rising.append(command)
-            if possible and not command.suspended and command.is_new:
+            # Most are in a heap already, for a moment that is still the right one.
+            if (
+                possible
+                and not command.ready
+                and (command.rising or command.waits_for != command.due)
+                and not command.suspended
+                and (command.sent is NOTHING or command.is_new)
+            ):
                 self._place(command, now)
 
     def failed(self, key: str) -> None:

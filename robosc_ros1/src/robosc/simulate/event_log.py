@@ -9,10 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from robosc import limits
-from robosc.errors import UsageError
+from robosc import errors, limits, source
 from robosc.language.events import EventKind
-from robosc.source import opened
 
 _KINDS = (*(kind.word for kind in EventKind), "stop", "state", "operator")
 _OUTCOMES = (
@@ -63,14 +61,14 @@ def read_log(log: str) -> Iterator[LogEntry]:
     found = False
     for path in _files(log):
         try:
-            with opened(path) as file:
+            with source.opened(path) as file:
                 for number, line in enumerate(_lines(file), 1):
                     document = _document(line)
                     if line.strip() and (document is not None or not found):
                         yield entry_of(path, number, document)
                         found = True
         except (OSError, ValueError) as error:
-            raise UsageError(f"cannot read {path}: {_reason(error)}") from error
+            raise errors.UsageError(f"cannot read {path}: {_reason(error)}") from error
 
 
 def _lines(file: BinaryIO) -> Iterator[bytes]:
@@ -133,7 +131,7 @@ def entry_of(file: str, line: int, document: Any) -> LogEntry:
             if isinstance(index, int):
                 value = event.get("value")
                 return LogEntry(document, file, line, number, kind, name, index, value, outcome)
-    raise UsageError(f"{file}:{line}: this is not an event of a log, version 1")
+    raise errors.UsageError(f"{file}:{line}: this is not an event of a log, version 1")
 
 
 def _has_forms(document: Mapping[str, Any]) -> bool:

@@ -11,10 +11,8 @@ from robosc.errors import UsageError
 from robosc.model.declarations.parameters import with_parameters, with_starts
 from robosc.plant.build import lower
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.machines.event_by_event import SingleEvents
+from robosc.simulate.machines import event_by_event, machine, supervised
 from robosc.simulate.machines.execute import Execution, read_settings
-from robosc.simulate.machines.machine import Machine
-from robosc.simulate.machines.supervised import SupervisedExecution
 from robosc.simulate.script.session import MakeMachine
 from robosc.simulate.values.literals import parse_raw
 from robosc.supervisor import Supervisor
@@ -29,18 +27,18 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     of the model among them. Raise InvalidLine if one is unknown or has a wrong value.
     """
 
-    def make(given: Mapping[str, Any], starts: Mapping[str, Any] = _NOTHING) -> Machine:
+    def make(given: Mapping[str, Any], starts: Mapping[str, Any] = _NOTHING) -> machine.Machine:
         robot = supervisor.plant.robot
         settings = read_settings(robot, given)
         chosen = supervisor_with(supervisor, settings.more, starts)
         if execute and robot.supervises:
             stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
-            return SupervisedExecution(chosen, read_settings(robot, {**stop, **given}))
+            return supervised.SupervisedExecution(chosen, read_settings(robot, {**stop, **given}))
         if execute:
             return Execution(chosen, settings)
         if not settings.more.keys() >= given.keys():
             raise InvalidLine("this is a parameter of the controller's node: use --execute")
-        return SingleEvents(chosen)
+        return event_by_event.SingleEvents(chosen)
 
     return make
 

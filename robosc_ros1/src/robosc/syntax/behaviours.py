@@ -8,33 +8,17 @@ from typing import Any
 from pyparsing import ParserElement
 
 from robosc.errors import listing
-from robosc.language.keywords import Role, words_of
-from robosc.language.tokens import pattern
+from robosc.language import keywords, tokens
+from robosc.syntax import declarations, expressions, leaves, nodes
 from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Rule, items_of
-from robosc.syntax.declarations import data_part
 from robosc.syntax.elements import built, choice, keyword, listed, maybe, nothing, symbol, terminal
-from robosc.syntax.expressions import ACCESS, Expression
-from robosc.syntax.leaves import make_access, make_integer, make_name, make_node, make_tuple
-from robosc.syntax.nodes import (
-    AfterNode,
-    AssignmentNode,
-    EffectNode,
-    ElseNode,
-    LiteralNode,
-    PerformsNode,
-    ResultTransitionNode,
-    RetryNode,
-    StateNode,
-    TauNode,
-    VariableNode,
-)
 from robosc.syntax.parse_state import Fault, ParseState
 
 
 def condition_part() -> ParserElement:
     """``if`` and a condition."""
-    return keyword("if") - Expression("a condition after 'if'")
+    return keyword("if") - expressions.Expression("a condition after 'if'")
 
 
 def _goto() -> ParserElement:
@@ -44,12 +28,12 @@ def _goto() -> ParserElement:
 def _effect() -> ParserElement:
     """``do`` and assignments, ``goto`` and a state; leaves a tuple and the state, or None."""
     assignment = built(
-        terminal(ACCESS, "a variable to assign to", make_access)
+        terminal(expressions.ACCESS, "a variable to assign to", leaves.make_access)
         - symbol(":=", "':=' after the variable")
-        - Expression("a value after ':='"),
-        make_node(AssignmentNode),
+        - expressions.Expression("a value after ':='"),
+        leaves.make_node(nodes.AssignmentNode),
     )
-    return maybe(built(keyword("do") - listed(assignment), make_tuple), ()) + _goto()
+    return maybe(built(keyword("do") - listed(assignment), leaves.make_tuple), ()) + _goto()
 
 
 def _performs() -> ParserElement:
@@ -57,12 +41,12 @@ def _performs() -> ParserElement:
     performing = (
         keyword("performs")
         - t.communication("the name of a command after 'performs'")
-        - maybe(terminal("meanwhile", "", make_name))
-        - maybe(keyword("with") - data_part())
+        - maybe(terminal("meanwhile", "", leaves.make_name))
+        - maybe(keyword("with") - declarations.data_part())
         - keyword("then", "'then' after what the state performs")
         - _effect()
     )
-    return maybe(built(performing, make_node(PerformsNode)))
+    return maybe(built(performing, leaves.make_node(nodes.PerformsNode)))
 
 
 def _retry() -> Rule:
@@ -71,28 +55,28 @@ def _retry() -> Rule:
         maybe(times - choice("times", "'times' after the number"))
         - maybe(keyword("every") - t.duration("a duration after 'every'"))
         - _goto()
-        - maybe(built(keyword("else") - _effect(), make_node(EffectNode)))
+        - maybe(built(keyword("else") - _effect(), leaves.make_node(nodes.EffectNode)))
     )
 
-    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> RetryNode:
+    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.RetryNode:
         *count, every, goto, rest = parts
-        return RetryNode(count[0], every, goto, rest, span=reading.span(start, end))
+        return nodes.RetryNode(count[0], every, goto, rest, span=reading.span(start, end))
 
     return Rule(grammar, build)
 
 
-def _build_times(reading: ParseState, start: int, end: int, parts: list[Any]) -> LiteralNode:
-    number = make_integer(reading, start, end, parts)
-    return LiteralNode(number, span=reading.span(start, end))
+def _build_times(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.LiteralNode:
+    number = leaves.make_integer(reading, start, end, parts)
+    return nodes.LiteralNode(number, span=reading.span(start, end))
 
 
 def _transitions() -> dict[str, Rule]:
     effect = _effect()
-    guard = maybe(terminal("else", "'else'", make_node(ElseNode)) | condition_part())
-    events = words_of(Role.EVENT)
+    guard = maybe(terminal("else", "'else'", leaves.make_node(nodes.ElseNode)) | condition_part())
+    events = keywords.words_of(keywords.Role.EVENT)
     expected = listing((f"'{word}'" for word in events), "or") + " after 'on'"
     result = (
-        built(listed(terminal(" | ".join(events), expected, make_name)), make_tuple)
+        built(listed(terminal(" | ".join(events), expected, leaves.make_name)), leaves.make_tuple)
         - terminal("from | to", "'from' or 'to' after the kind of event")
         - t.communications("the name of a communication")
         - guard
@@ -101,9 +85,9 @@ def _transitions() -> dict[str, Rule]:
     after = t.duration("a duration after 'after'") - maybe(condition_part()) - effect
     tau = guard + effect
     return {
-        "on": Rule(result, make_node(ResultTransitionNode), tail=_clauses_missing),
-        "transition": Rule(tau, make_node(TauNode), tail=_clauses_missing),
-        "after": Rule(after, make_node(AfterNode), tail=_clauses_missing),
+        "on": Rule(result, leaves.make_node(nodes.ResultTransitionNode), tail=_clauses_missing),
+        "transition": Rule(tau, leaves.make_node(nodes.TauNode), tail=_clauses_missing),
+        "after": Rule(after, leaves.make_node(nodes.AfterNode), tail=_clauses_missing),
         "retry": _retry(),
     }
 
@@ -128,7 +112,7 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
     second = maybe(flag)
     initial = second - keyword("state", "'marked' or 'state' after 'initial'") - named
 
-    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> StateNode:
+    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.StateNode:
         also = parts.pop(0) is not None if first != "state" else False
         is_initial = first == "initial" or (first == "marked" and also)
         is_marked = first == "marked" or (first == "initial" and also)
@@ -138,7 +122,7 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
             raise Fault(start, message, span=when.span, hint="write 'initial' before it")
         span = reading.span(start, end)
         inside = items[0] if items else ()
-        return StateNode(name, is_initial, is_marked, inside, performs, when, span=span)
+        return nodes.StateNode(name, is_initial, is_marked, inside, performs, when, span=span)
 
     grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
     return Rule(grammar, build, block=lambda parts: _block_of(parts, block))
@@ -169,11 +153,11 @@ def _variable(persistent: bool) -> Rule:
         - t.name("a name for the variable")
         - symbol(":", "':' after the name of the variable")
         - t.type_("a type after ':'")
-        - maybe(symbol("=") - Expression("an initial value after '='"))
+        - maybe(symbol("=") - expressions.Expression("an initial value after '='"))
     )
     return Rule(
         grammar,
-        make_node(VariableNode, persistent),
+        leaves.make_node(nodes.VariableNode, persistent),
         tail=lambda node: () if node.initial else ("'='",),
     )
 
@@ -182,9 +166,9 @@ def behaviour_rule() -> Block:
     """The block ``behaviour { … }`` with the blocks of its states."""
     transitions = _transitions()
     advice = (
-        (pattern("if"), "'if' comes before 'do' and 'goto'"),
-        (pattern("do"), "'do' comes before 'goto'"),
-        (pattern("':='"), "write '=' for an initial value"),
+        (tokens.pattern("if"), "'if' comes before 'do' and 'goto'"),
+        (tokens.pattern("do"), "'do' comes before 'goto'"),
+        (tokens.pattern("':='"), "write '=' for an initial value"),
     )
     states = {word: _state(lambda: state_block, word) for word in ("initial", "marked", "state")}
     state_block = Block(items_of("state", {**states, **transitions}, advice=advice))

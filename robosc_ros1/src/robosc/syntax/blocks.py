@@ -17,15 +17,13 @@ from typing import Any
 
 from pyparsing import ParserElement
 
-from robosc import limits
-from robosc.errors import Note, listing
+from robosc import errors, limits
 from robosc.language.keywords import starts_of
 from robosc.remedies import meant
 from robosc.syntax.elements import ended
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.parse_state import Build, Fault, ParseState
-from robosc.syntax.recovery.indentation import is_nested, is_outdented, outdented, unclosed
-from robosc.syntax.recovery.synchronise import Synchroniser, late_brace, nearest_keyword
+from robosc.syntax.recovery import indentation, synchronise
 
 _NEVER = re.compile(r"(?!)")
 
@@ -120,8 +118,8 @@ class Header:
         words = " ".join(reading.tokens.texts(self.start, self.end))
         return f"'{words[:60]}'"
 
-    def note(self, reading: ParseState) -> tuple[Note, ...]:
-        return (Note("it is opened here", reading.span(self.start, self.end)),)
+    def note(self, reading: ParseState) -> tuple[errors.Note, ...]:
+        return (errors.Note("it is opened here", reading.span(self.start, self.end)),)
 
 
 class Block:
@@ -151,12 +149,12 @@ class Block:
         return self.child.block._inner.union(self.child.block.items.rules)
 
     @cached_property
-    def synchroniser(self) -> Synchroniser:
+    def synchroniser(self) -> synchronise.Synchroniser:
         outermost = self
         while outermost.parent is not None:
             outermost = outermost.parent
         items = self.items
-        return Synchroniser(
+        return synchronise.Synchroniser(
             tuple(items.rules),
             self._outer,
             frozenset(outermost.items.rules),
@@ -189,7 +187,7 @@ class Block:
         """
         if reading.is_balanced or reading.text(at) not in self._outer or self.items.free:
             return False
-        return is_outdented(reading, header.start, header.end, at)
+        return indentation.is_outdented(reading, header.start, header.end, at)
 
     # --- parsing ---
 
@@ -221,7 +219,7 @@ class Block:
             reading.report("missing-brace", message, at)
             reading.reported_at = at
             return at
-        late = late_brace(reading, at)
+        late = synchronise.late_brace(reading, at)
         if late is not None and not self.synchroniser.any_in(reading, at, late):
             fault = reading.expected(at, message)
             reading.report(fault.code, message, at, fault.hint, span=fault.span)
@@ -254,7 +252,7 @@ class Block:
             word = reading.text(at)
             if not self._belongs_outside(reading, at, word):
                 at = self._stranger(reading, at, word, nodes, tail)
-            elif header and is_nested(reading, at, header.start):
+            elif header and indentation.is_nested(reading, at, header.start):
                 at = self._misplaced(reading, at, word, header)
             else:
                 self._close_early(reading, at, word, header)
@@ -323,13 +321,13 @@ class Block:
             return at
         if word in self._inner:
             return self._open_again(reading, at, word, nodes)
-        keyword = nearest_keyword(word, tuple(self.items.rules))
+        keyword = synchronise.nearest_keyword(word, tuple(self.items.rules))
         if keyword and reading.text(at + 1) not in self.items.rules:
-            message = f"expected {listing(self.items.words, 'or')}"
+            message = f"expected {errors.listing(self.items.words, 'or')}"
             reading.report("syntax", message, at, hint=meant(keyword))
             return self._declaration(reading, at, at + 1, self.items.rules[keyword], nodes, True)
         expected = (*tail, *self.items.words, "'}'")
-        message = f"expected {listing(expected, 'or')}"
+        message = f"expected {errors.listing(expected, 'or')}"
         if reading.tokens.follows_fault(at):
             return self._recover(reading, at, Fault(at, message), reported=True)
         if reading.kind(at) == "{" and isinstance(nodes[-1], ImportNode):
@@ -377,7 +375,7 @@ class Block:
         reading.reported_at = at
         if self._is_told_at_its_place(reading, at, header):
             return
-        place = outdented(reading, header.start, header.end, at)
+        place = indentation.outdented(reading, header.start, header.end, at)
         message = f"expected '}}' to close {header.quoted(reading)} before '{reading.text(place)}'"
         reading.report("missing-brace", message, place, notes=header.note(reading))
         if place < at:
@@ -395,7 +393,7 @@ class Block:
 
     def _is_told_at_its_place(self, reading: ParseState, at: int, header: Header) -> bool:
         """Report the block inside, before a token, that its indentation says is not closed."""
-        if (found := unclosed(reading, header.start, at)) is None:
+        if (found := indentation.unclosed(reading, header.start, at)) is None:
             return False
         begin, opening, brace = found
         inner = Header(begin, opening)

@@ -12,31 +12,27 @@ from typing import Any
 
 from pyparsing import Empty, ParseException, ParseSyntaxException
 
-from robosc import limits
-from robosc.language.keywords import UNITS
-from robosc.language.operators import BINARY, UNARY
-from robosc.language.tokens import FOREIGN, is_word, kind_of, kinds_of, pattern
-from robosc.remedies import write
-from robosc.syntax.operands import Step, build_expression, nested_too_deep
+from robosc import limits, remedies
+from robosc.language import keywords, operators, tokens
+from robosc.syntax import operands, pyparsing_names
 from robosc.syntax.parse_state import Form, Stop
-from robosc.syntax.pyparsing_names import leave_whitespace, set_name
 
 ACCESS = "NAME (?: '.' WORD | '[' INTEGER ']' )*"
 
 # A name with a colon behind it is a property: the brace before it is missing.
-_OPERAND = pattern(
-    f"(?! true | false | and | or ) {ACCESS} (?! ':' ) | NUMBER (?: {' | '.join(UNITS)} )"
+_OPERAND = tokens.pattern(
+    f"(?! true | false | and | or ) {ACCESS} (?! ':' ) | NUMBER (?: {' | '.join(keywords.UNITS)} )"
     " | NUMBER | STRING | true | false"
 )
-_CALLED = pattern("(?! true | false | and | or ) QUALIFIED '('")
-_PARTS = pattern("(?: '.' WORD | '[' INTEGER ']' )+")
-_IN = pattern("in '{'")
-_ELSE_WITH = pattern("else with")  # of a provide statement
-_FOR = pattern("for NAME (?: ',' NAME )? in")
-_PREFIX = {kind_of(symbol): symbol for symbol in UNARY}
-_INFIX = {kind: symbol for symbol in BINARY for kind in kinds_of(symbol)}
-_FOREIGN = {kind_of(symbol): symbol for symbol in FOREIGN}
-_IF, _FOR_WORD = frozenset(kinds_of("if")), frozenset(kinds_of("for"))
+_CALLED = tokens.pattern("(?! true | false | and | or ) QUALIFIED '('")
+_PARTS = tokens.pattern("(?: '.' WORD | '[' INTEGER ']' )+")
+_IN = tokens.pattern("in '{'")
+_ELSE_WITH = tokens.pattern("else with")  # of a provide statement
+_FOR = tokens.pattern("for NAME (?: ',' NAME )? in")
+_PREFIX = {tokens.kind_of(symbol): symbol for symbol in operators.UNARY}
+_INFIX = {kind: symbol for symbol in operators.BINARY for kind in tokens.kinds_of(symbol)}
+_FOREIGN = {tokens.kind_of(symbol): symbol for symbol in tokens.FOREIGN}
+_IF, _FOR_WORD = frozenset(tokens.kinds_of("if")), frozenset(tokens.kinds_of("for"))
 
 _CLOSING = {
     "group": ")", "call": ")", "arguments": ")", "over": ")", "filter": ")",
@@ -60,7 +56,7 @@ class Expression(Empty):
 
     def __init__(self, expected: str) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
-        set_name(leave_whitespace(self), expected)
+        pyparsing_names.set_name(pyparsing_names.leave_whitespace(self), expected)
         self._expected = expected
 
     def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
@@ -76,7 +72,7 @@ class Expression(Empty):
             at, expected = found
             if not expected:
                 at, expected = scanner.after_operand(at)
-        return at, [Form(build_expression, loc, at, [loc, scanner.steps])]
+        return at, [Form(operands.build_expression, loc, at, [loc, scanner.steps])]
 
 
 class _Scanner:
@@ -87,7 +83,7 @@ class _Scanner:
 
     def __init__(self, kinds: str) -> None:
         self.kinds = kinds
-        self.steps: list[Step] = []
+        self.steps: list[operands.Step] = []
         self.brackets: list[tuple[str, int]] = []
 
     def before_operand(self, at: int) -> tuple[int, str] | None:
@@ -98,7 +94,7 @@ class _Scanner:
         kinds = self.kinds
         kind = kinds[at : at + 1]
         if match := _OPERAND.match(kinds, at):
-            if kinds[match.end() : match.end() + 1] == "(" and is_word(kind):
+            if kinds[match.end() : match.end() + 1] == "(" and tokens.is_word(kind):
                 called = _CALLED.match(kinds, at)
                 if called is not None:
                     return self._open("call", at, called.end())
@@ -115,7 +111,7 @@ class _Scanner:
 
     def _open(self, what: str, at: int, end: int) -> tuple[int, str]:
         if len(self.brackets) >= limits.EXPRESSION_DEPTH:
-            raise Stop(self.kinds, at, nested_too_deep(), code="too-deep", hint="split it")
+            raise Stop(self.kinds, at, operands.nested_too_deep(), code="too-deep", hint="split it")
         self.brackets.append((what, end - 1))
         self.steps.append(("open", at, end, what))
         if what in ("call", "array") and self.kinds[end : end + 1] == _CLOSING[what]:
@@ -162,7 +158,7 @@ class _Scanner:
     def _has_elements(self) -> bool:
         """Whether the operand before could be an array."""
         what, start, _, _ = self.steps[-1]
-        return what != "operand" or is_word(self.kinds[start])
+        return what != "operand" or tokens.is_word(self.kinds[start])
 
     def _inside(self, what: str, at: int) -> tuple[int, str] | None:
         """Scan what may follow an operand within brackets only; None if there is none of it."""
@@ -171,7 +167,7 @@ class _Scanner:
             self.steps.append(("comma", at, at + 1, ""))
             self._becomes(_WITH_COMMA.get(what, what))
             return at + 1, "a value after ','"
-        if kind == kind_of("..") and what == "index":
+        if kind == tokens.kind_of("..") and what == "index":
             self.steps.append(("comma", at, at + 1, ""))
             self._becomes("slice")
             return at + 1, "an index after '..'"
@@ -196,7 +192,7 @@ class _Scanner:
         """Raise Stop if the expression cannot end at a token."""
         if kind in _FOREIGN:
             found = _FOREIGN[kind]
-            hint = write(FOREIGN[found])
+            hint = remedies.write(tokens.FOREIGN[found])
             raise Stop(self.kinds, at, f"'{found}' is not an operator", hint=hint)
         if kind == ".":
             raise Stop(self.kinds, at + 1, "expected a name after '.'")

@@ -23,18 +23,9 @@ from pyparsing import ParserElement, ZeroOrMore
 
 from robosc.language.tokens import pattern
 from robosc.remedies import write
+from robosc.syntax import blocks, declarations, leaves, nodes, parse_state
 from robosc.syntax import terminals as t
 from robosc.syntax.behaviours import behaviour_rule, condition_part
-from robosc.syntax.blocks import Block, Child, Items, Rule, items_of
-from robosc.syntax.declarations import (
-    communication_rule,
-    data_part,
-    datatype_rule,
-    enum_rules,
-    interface_rule,
-    object_rules,
-    value_rules,
-)
 from robosc.syntax.elements import (
     built,
     choice,
@@ -47,40 +38,24 @@ from robosc.syntax.elements import (
     terminal,
 )
 from robosc.syntax.expressions import Expression
-from robosc.syntax.leaves import make_name, make_node, make_tuple
-from robosc.syntax.nodes import (
-    ArgumentNode,
-    AssumeNode,
-    BehaviourNode,
-    ComponentNode,
-    ForNode,
-    ImportNode,
-    OtherwiseNode,
-    PossibleNode,
-    PreferNode,
-    ProvideNode,
-    RequirementNode,
-    RequirementsNode,
-    StopNode,
-    StringNode,
-)
-from robosc.syntax.parse_state import Fault, ParseState
 
 # --- components ----------------------------------------------------------------------------------
 
 
-def _component_block() -> Block:
+def _component_block() -> blocks.Block:
     behaviour_block, group = behaviour_rule(), _requirements_block()
     rules = {
-        **{word: communication_rule(word) for word in _COMMUNICATIONS},
-        "behaviour": Rule(nothing(), make_node(BehaviourNode), block=lambda parts: behaviour_block),
-        **value_rules(),
+        **{word: declarations.communication_rule(word) for word in _COMMUNICATIONS},
+        "behaviour": blocks.Rule(
+            nothing(), leaves.make_node(nodes.BehaviourNode), block=lambda parts: behaviour_block
+        ),
+        **declarations.value_rules(),
         **_statement_rules(group),
     }
     meant = ((pattern("message"), "write 'incoming message' or 'outgoing message'"),)
-    block = Block(
-        items_of("component", rules, meant=meant),
-        child=Child(behaviour_block, _adopt(BehaviourNode)),
+    block = blocks.Block(
+        blocks.items_of("component", rules, meant=meant),
+        child=blocks.Child(behaviour_block, _adopt(nodes.BehaviourNode)),
     )
     group.parent = block
     return block
@@ -89,7 +64,9 @@ def _component_block() -> Block:
 _COMMUNICATIONS = ("incoming", "outgoing", "service", "action")
 
 
-def _adopt(kind: type[ComponentNode] | type[BehaviourNode]) -> Callable[[Any, list[Any]], Any]:
+def _adopt(
+    kind: type[nodes.ComponentNode] | type[nodes.BehaviourNode],
+) -> Callable[[Any, list[Any]], Any]:
     """A function that adds items to a node of this kind; it returns None for other nodes."""
 
     def adopt(node: Any, late: list[Any]) -> Any:
@@ -99,13 +76,13 @@ def _adopt(kind: type[ComponentNode] | type[BehaviourNode]) -> Callable[[Any, li
     return adopt
 
 
-def _component(block: Block) -> Rule:
+def _component(block: blocks.Block) -> blocks.Rule:
     prefix = label("prefix") - t.string("a string after 'prefix:'")
     argument = built(
-        terminal("(?! prefix ) NAME (?= ':' )", "a name", make_name)
+        terminal("(?! prefix ) NAME (?= ':' )", "a name", leaves.make_name)
         - symbol(":")
         - Expression("a value after ':'"),
-        make_node(ArgumentNode),
+        leaves.make_node(nodes.ArgumentNode),
     )
     expected = "'prefix:' or the name of a constant or parameter"
     given = either([prefix, argument], expected)
@@ -116,9 +93,9 @@ def _component(block: Block) -> Rule:
         - keyword("import", "'import' and the name of a component")
         - t.name("the name of a component after 'import'")
         - maybe(keyword("with") - first - ZeroOrMore(symbol(",") - given)),
-        make_tuple,
+        leaves.make_tuple,
     )
-    return Rule(
+    return blocks.Rule(
         t.name("a name for the component") - maybe(_several()) - maybe(imported),
         _build_component,
         block=lambda parts: None if parts[2] else block,
@@ -132,20 +109,20 @@ def _several() -> ParserElement:
 
 
 def _build_component(
-    reading: ParseState, start: int, end: int, parts: list[Any]
-) -> ComponentNode | ImportNode:
+    reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.ComponentNode | nodes.ImportNode:
     span = reading.span(start, end)
     name, indexes, imported = parts[:3]
     if not imported:
-        return ComponentNode(name, parts[3], indexes, span=span)
+        return nodes.ComponentNode(name, parts[3], indexes, span=span)
     library, component, *given = imported
-    prefixes = [part for part in given if isinstance(part, StringNode)]
+    prefixes = [part for part in given if isinstance(part, nodes.StringNode)]
     if len(prefixes) > 1:
         message = "there are two prefixes"
-        raise Fault(start, message, span=prefixes[1].span, hint="leave one of them out")
+        raise parse_state.Fault(start, message, span=prefixes[1].span, hint="leave one of them out")
     prefix = prefixes[0] if prefixes else None
-    arguments = tuple(part for part in given if isinstance(part, ArgumentNode))
-    return ImportNode(name, library, component, prefix, arguments, indexes, span=span)
+    arguments = tuple(part for part in given if isinstance(part, nodes.ArgumentNode))
+    return nodes.ImportNode(name, library, component, prefix, arguments, indexes, span=span)
 
 
 # --- requirements and data -----------------------------------------------------------------------
@@ -174,18 +151,18 @@ _OPENS_GROUP = (
 """Before requirements in braces: communications in braces are names only."""
 
 
-def _requirements_block() -> Block:
+def _requirements_block() -> blocks.Block:
     """The requirements of a group: such declarations without their first word."""
     begins = pattern("QUALIFIED | '{' | '(' | '!' ")
     words = ("a requirement such as 'command needs condition'",)
-    free = Rule(_untitled(words[0]), _build_member, tail=_clauses_missing)
-    return Block(Items(words, {}, free=free, begins=begins, item=begins, lines=True))
+    free = blocks.Rule(_untitled(words[0]), _build_member, tail=_clauses_missing)
+    return blocks.Block(blocks.Items(words, {}, free=free, begins=begins, item=begins, lines=True))
 
 
-def _requirement(group: Block) -> Rule:
+def _requirement(group: blocks.Block) -> blocks.Rule:
     expected = "a communication or a condition after 'requirement'"
     opens = terminal(f"STRING {_OPENS_GROUP}", "a title", t.build_string)
-    return Rule(
+    return blocks.Rule(
         either([opens, _title() - _untitled(expected)], expected),
         _build_requirement,
         block=lambda parts: group if len(parts) == 1 else None,
@@ -214,12 +191,12 @@ def _untitled(expected: str) -> ParserElement:
 
 
 def _clauses_missing(
-    node: RequirementNode | PossibleNode | RequirementsNode,
+    node: nodes.RequirementNode | nodes.PossibleNode | nodes.RequirementsNode,
 ) -> tuple[str, ...]:
     """The clauses that could still be added at the end of a requirement, for messages."""
-    if isinstance(node, RequirementsNode):
+    if isinstance(node, nodes.RequirementsNode):
         return ()
-    if isinstance(node, PossibleNode):
+    if isinstance(node, nodes.PossibleNode):
         if node.along is not None:
             return ()
         return ("'while'",) if node.origin is not None else ("'from'", "'while'")
@@ -227,130 +204,136 @@ def _clauses_missing(
 
 
 def _build_requirement(
-    reading: ParseState, start: int, end: int, parts: list[Any]
-) -> RequirementNode | PossibleNode | RequirementsNode:
+    reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.RequirementNode | nodes.PossibleNode | nodes.RequirementsNode:
     title, *rest = parts
     if len(rest) == 1 and isinstance(rest[0], tuple):
         statements = tuple(replace(one, title=title) for one in rest[0])
-        return RequirementsNode(title, statements, span=reading.span(start, end))
+        return nodes.RequirementsNode(title, statements, span=reading.span(start, end))
     return replace(_build_untitled(reading, start, end, rest), title=title)
 
 
 def _build_member(
-    reading: ParseState, start: int, end: int, parts: list[Any]
-) -> RequirementNode | PossibleNode:
+    reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.RequirementNode | nodes.PossibleNode:
     """One in a group: no word before it."""
     return replace(_build_untitled(reading, start - 1, end, parts), span=reading.span(start, end))
 
 
 def _build_untitled(
-    reading: ParseState, start: int, end: int, parts: list[Any]
-) -> RequirementNode | PossibleNode:
+    reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.RequirementNode | nodes.PossibleNode:
     span = reading.span(start, end)
     if parts[0] == "possible":
-        return PossibleNode(*parts[1:], span=span)
+        return nodes.PossibleNode(*parts[1:], span=span)
     if parts[0] in ("never", "always"):
-        return RequirementNode(parts[0], (), parts[1], span=span)
+        return nodes.RequirementNode(parts[0], (), parts[1], span=span)
     *parts, start_only = parts
     to_start = start_only is not None
     if isinstance(parts[0], tuple):
         left, _, right = parts
-        return RequirementNode("needs", left, right, to_start, span=span)
+        return nodes.RequirementNode("needs", left, right, to_start, span=span)
     left, excepted, kind, right = parts
     if kind == "disables" and excepted is None:
-        return RequirementNode("disables", right, left, to_start, span=span)
+        return nodes.RequirementNode("disables", right, left, to_start, span=span)
     if (one := t.as_communication(left)) is None:
         message = "expected the name of a communication before 'needs'"
         called = left.span.text.removesuffix("()")
         hint = write(called) if called != left.span.text else None
-        raise Fault(start + 1, message, span=left.span, hint=hint)
+        raise parse_state.Fault(start + 1, message, span=left.span, hint=hint)
     if kind == "disables":
         message = "'except' is about commands, which stand behind 'disables'"
-        raise Fault(start + 1, message, span=excepted.span)
+        raise parse_state.Fault(start + 1, message, span=excepted.span)
     group = t.make_group(reading, start, end, [(one,), excepted])
-    return RequirementNode("needs", group, right, to_start, span=span)
+    return nodes.RequirementNode("needs", group, right, to_start, span=span)
 
 
-def _assume() -> Rule:
+def _assume() -> blocks.Rule:
     expected = "a communication, 'always' or 'never' after 'assume'"
     on_message = (
         t.communication(expected)
         - choice("needs", "'needs'")
         - Expression("a condition after 'needs'")
     )
-    return Rule(_title() - either([_invariant(), on_message], expected), _build_assumption)
+    return blocks.Rule(_title() - either([_invariant(), on_message], expected), _build_assumption)
 
 
-def _build_assumption(reading: ParseState, start: int, end: int, parts: list[Any]) -> AssumeNode:
+def _build_assumption(
+    reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.AssumeNode:
     span = reading.span(start, end)
     title, *parts = parts
     if len(parts) == 2:
-        return AssumeNode(parts[0], None, parts[1], title, span=span)
+        return nodes.AssumeNode(parts[0], None, parts[1], title, span=span)
     communication, kind, condition = parts
-    return AssumeNode(kind, communication, condition, title, span=span)
+    return nodes.AssumeNode(kind, communication, condition, title, span=span)
 
 
-def _prefer() -> Rule:
+def _prefer() -> blocks.Rule:
     grammar = (
         _title()
         - t.communications("the name of a communication after 'prefer'")
         - keyword("over", "'over' and the name of a communication")
         - t.communications("the name of a communication after 'over'")
     )
-    return Rule(grammar, _build_preference)
+    return blocks.Rule(grammar, _build_preference)
 
 
-def _build_preference(reading: ParseState, start: int, end: int, parts: list[Any]) -> PreferNode:
+def _build_preference(
+    reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.PreferNode:
     title, preferred, over = parts
-    return PreferNode(preferred, over, title, span=reading.span(start, end))
+    return nodes.PreferNode(preferred, over, title, span=reading.span(start, end))
 
 
-def _stop() -> Rule:
+def _stop() -> blocks.Rule:
     grammar = keyword("with", "'with' after 'stop'") - t.communication(
         "the name of an incoming message after 'with'"
     )
-    return Rule(grammar, make_node(StopNode))
+    return blocks.Rule(grammar, leaves.make_node(nodes.StopNode))
 
 
-def _for(block: Callable[[list[Any]], Block]) -> Rule:
+def _for(block: Callable[[list[Any]], blocks.Block]) -> blocks.Rule:
     grammar = (
         t.name("a name for the index after 'for'")
         - keyword("in", "'in' after the name")
         - t.range_()
     )
-    return Rule(grammar, make_node(ForNode), block=block)
+    return blocks.Rule(grammar, leaves.make_node(nodes.ForNode), block=block)
 
 
-def _provide() -> Rule:
+def _provide() -> blocks.Rule:
     grammar = (
         t.communication("the name of a communication after 'provide'")
         - keyword("with", "'with' and the data")
-        - data_part()
+        - declarations.data_part()
         - maybe(condition_part())
     )
-    otherwise = keyword("else") - keyword("with", "'with' and the data") - data_part()
-    otherwise = built(otherwise - maybe(condition_part()), make_node(OtherwiseNode))
-    return Rule(grammar - ZeroOrMore(otherwise), _build_provide, tail=_rest_of_provide)
+    otherwise = keyword("else") - keyword("with", "'with' and the data") - declarations.data_part()
+    otherwise = built(otherwise - maybe(condition_part()), leaves.make_node(nodes.OtherwiseNode))
+    return blocks.Rule(grammar - ZeroOrMore(otherwise), _build_provide, tail=_rest_of_provide)
 
 
-def _build_provide(reading: ParseState, start: int, end: int, parts: list[Any]) -> ProvideNode:
+def _build_provide(
+    reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.ProvideNode:
     communication, data, condition, *otherwise = parts
     conditions = [condition, *(part.condition for part in otherwise)]
     for missing, part in zip(conditions, otherwise, strict=False):
         if missing is None:
             message = "nothing comes to this: what stands before it has no condition"
-            raise Fault(start + 1, message, span=part.span, hint="give that an 'if'")
+            raise parse_state.Fault(start + 1, message, span=part.span, hint="give that an 'if'")
     span = reading.span(start, end)
-    return ProvideNode(communication, data, condition, tuple(otherwise), span=span)
+    return nodes.ProvideNode(communication, data, condition, tuple(otherwise), span=span)
 
 
-def _rest_of_provide(node: ProvideNode) -> tuple[str, ...]:
+def _rest_of_provide(node: nodes.ProvideNode) -> tuple[str, ...]:
     """What could still follow at the end of a provide statement, for messages."""
     last = node.otherwise[-1].condition if node.otherwise else node.condition
     return ("'else'",) if last else ("'if'",)
 
 
-def _statement_rules(group: Block) -> dict[str, Rule]:
+def _statement_rules(group: blocks.Block) -> dict[str, blocks.Rule]:
     """The rules of the statements that stand in robots and in components."""
     return {"requirement": _requirement(group), "provide": _provide(), "prefer": _prefer()}
 
@@ -358,26 +341,30 @@ def _statement_rules(group: Block) -> dict[str, Rule]:
 # --- files ---------------------------------------------------------------------------------------
 
 
-def _file_block(kind: str) -> Block:
-    component_block, object_block, enum_block = _component_block(), object_rules(), enum_rules()
+def _file_block(kind: str) -> blocks.Block:
+    component_block, object_block, enum_block = (
+        _component_block(),
+        declarations.object_rules(),
+        declarations.enum_rules(),
+    )
     group = _requirements_block()
     rules = {
         "component": _component(component_block),
         **_statement_rules(group),
-        "datatype": datatype_rule(object_block, enum_block),
-        "interface": interface_rule(),
-        **value_rules(),
+        "datatype": declarations.datatype_rule(object_block, enum_block),
+        "interface": declarations.interface_rule(),
+        **declarations.value_rules(),
         "assume": _assume(),
         "stop": _stop(),
         "for": _for(lambda parts: for_block),
     }
-    for_block = Block(items_of("for", rules))
+    for_block = blocks.Block(blocks.items_of("for", rules))
     if kind == "library":
         for word, plural in _NOT_IN_LIBRARIES.items():
             where = f"write this in {_INSTEAD.get(word, 'a component of it')}"
             rules[word].refusal = f"a library itself cannot contain {plural}: {where}"
-    items = replace(items_of(kind, rules), rules=rules)
-    block = Block(items, child=Child(component_block, _adopt(ComponentNode)))
+    items = replace(blocks.items_of(kind, rules), rules=rules)
+    block = blocks.Block(items, child=blocks.Child(component_block, _adopt(nodes.ComponentNode)))
     object_block.parent = enum_block.parent = for_block.parent = group.parent = block
     return block
 
@@ -394,12 +381,12 @@ _INSTEAD = dict.fromkeys(("assume", "stop", "for"), "the robot that imports it")
 
 
 @cache
-def robot_block() -> Block:
+def robot_block() -> blocks.Block:
     """The block of a robot: its declarations and statements."""
     return _file_block("robot")
 
 
 @cache
-def library_block() -> Block:
+def library_block() -> blocks.Block:
     """The block of a library: its declarations."""
     return _file_block("library")

@@ -6,8 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from robosc.language.keywords import RESERVED
-from robosc.language.tokens import BAD_NUMBER, ESCAPES, INTEGER
+from robosc.language import keywords, tokens
 from robosc.remedies import write
 from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
@@ -21,7 +20,7 @@ MAX_INTEGER = 2**64 - 1
 def make_name(reading: ParseState, start: int, end: int, parts: list[Any]) -> Name:
     """A name; a reserved word without its escape is reported, and used as the name."""
     found = reading.text(start)
-    if found in RESERVED:
+    if found in keywords.RESERVED:
         reading.report(
             "reserved-name", f"'{found}' is a keyword everywhere", start, write(f"^{found}")
         )
@@ -77,10 +76,10 @@ def make_number(reading: ParseState, at: int) -> int | float:
     Raises:
         Fault: it is malformed or too large.
     """
-    if reading.kind(at) == INTEGER:
+    if reading.kind(at) == tokens.INTEGER:
         return make_integer(reading, at, at + 1, [])
     found = reading.text(at)
-    if reading.kind(at) == BAD_NUMBER:
+    if reading.kind(at) == tokens.BAD_NUMBER:
         raise reading.bad_number(at)
     number = float(found)
     if number == float("inf"):
@@ -99,7 +98,7 @@ def make_string(reading: ParseState, at: int) -> str:
         return body
 
     def replace(match: re.Match[str]) -> str:
-        escape = ESCAPES.get(match.group(1))
+        escape = tokens.ESCAPES.get(match.group(1))
         if escape is None:
             place = reading.tokens.offset(at) + 1 + match.start()
             message = f"'{match.group()}' is not an escape"

@@ -5,26 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, cast
 
-from robosc import limits
+from robosc import limits, source
+from robosc.language import tokens
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY
-from robosc.language.tokens import BAD_NUMBER, INTEGER, NUMBER, STRING, kinds_of
-from robosc.source import Span
-from robosc.syntax.leaves import make_access, make_name, make_number, make_parts, make_string
-from robosc.syntax.nodes import (
-    AggregateNode,
-    ArrayNode,
-    BinaryNode,
-    CallNode,
-    DurationNode,
-    ElementNode,
-    ExprNode,
-    InNode,
-    LiteralNode,
-    MemberNode,
-    Name,
-    SliceNode,
-    UnaryNode,
-)
+from robosc.syntax import leaves, nodes
 from robosc.syntax.parse_state import Fault, ParseState
 
 BALANCE_FROM = 64
@@ -41,8 +25,8 @@ Step: TypeAlias = tuple[
 ``comma`` is any separator within a bracket: also ``..`` and the ``if`` of an aggregate.
 """
 
-_BOOLEANS = frozenset((*kinds_of("true"), *kinds_of("false")))
-_NUMBERS = (INTEGER, NUMBER, BAD_NUMBER)
+_BOOLEANS = frozenset((*tokens.kinds_of("true"), *tokens.kinds_of("false")))
+_NUMBERS = (tokens.INTEGER, tokens.NUMBER, tokens.BAD_NUMBER)
 _PREFIX_LEVEL = UNARY["!"].level
 
 
@@ -55,7 +39,7 @@ class _Operand:
     the tokens of the operators between ``parts``.
     """
 
-    node: ExprNode | None
+    node: nodes.ExprNode | None
     start: int
     end: int
     depth: int = 1
@@ -88,7 +72,7 @@ class _Bracket:
     base: _Operand | None
     count: int
     parts: list[_Operand] = field(default_factory=list)
-    names: list[Name] = field(default_factory=list)
+    names: list[nodes.Name] = field(default_factory=list)
 
 
 class _Builder:
@@ -100,7 +84,7 @@ class _Builder:
         self.pending: list[_Pending] = []
         self.brackets: list[_Bracket] = []
 
-    def operand(self, node: ExprNode, start: int, end: int) -> None:
+    def operand(self, node: nodes.ExprNode, start: int, end: int) -> None:
         self.operands.append(_Operand(node, start, end))
 
     def prefix(self, symbol: str, at: int) -> None:
@@ -121,7 +105,7 @@ class _Builder:
         self._reduce(0)
         self.brackets[-1].parts.append(self._finished(self.operands.pop()))
 
-    def bind(self, names: list[Name]) -> None:
+    def bind(self, names: list[nodes.Name]) -> None:
         """Make the open bracket an aggregate with this variable, or a position and a variable."""
         self.comma()
         self.brackets[-1].names = names
@@ -141,7 +125,7 @@ class _Builder:
         span = self.reading.span(bracket.start, end)
         self._put(_bracketed(self.reading, bracket, span), bracket, end)
 
-    def _put(self, node: ExprNode, bracket: _Bracket, end: int) -> None:
+    def _put(self, node: nodes.ExprNode, bracket: _Bracket, end: int) -> None:
         inside = [*bracket.parts, bracket.base] if bracket.base else bracket.parts
         depth = 1 + max((part.depth for part in inside), default=0)
         nesting = 1 + max((part.nesting for part in inside), default=0)
@@ -152,9 +136,9 @@ class _Builder:
         """Add the path ``.x[0]`` behind an index or a call."""
         of = self.operands.pop()
         assert of.node is not None
-        path = make_parts(self.reading, start, end)
+        path = leaves.make_parts(self.reading, start, end)
         span = self.reading.span(of.start, end)
-        node = MemberNode(of.node, path, span=span)
+        node = nodes.MemberNode(of.node, path, span=span)
         self.operands.append(_Operand(node, of.start, end, of.depth, of.nesting))
 
     def operator(self, symbol: str, at: int) -> None:
@@ -163,7 +147,7 @@ class _Builder:
         self._reduce(operation.level + operation.right_associative)
         self._wait(_Pending(symbol, operation.level, at))
 
-    def finish(self) -> ExprNode:
+    def finish(self) -> nodes.ExprNode:
         self._reduce(0)
         node = self._finished(self.operands.pop()).node
         assert node is not None
@@ -192,13 +176,13 @@ class _Builder:
     def _unary(self, pending: _Pending, operand: _Operand) -> _Operand:
         assert operand.node is not None
         span = self.reading.span(pending.at, operand.end)
-        node = UnaryNode(cast(Literal["!", "-"], pending.symbol), operand.node, span=span)
+        node = nodes.UnaryNode(cast(Literal["!", "-"], pending.symbol), operand.node, span=span)
         depth, nesting = operand.depth + 1, operand.nesting + 1
         return self._limited(_Operand(node, pending.at, operand.end, depth, nesting), pending.at)
 
     def _binary(self, symbol: str, at: int, left: _Operand, right: _Operand) -> _Operand:
         assert left.node is not None and right.node is not None
-        node = BinaryNode(
+        node = nodes.BinaryNode(
             symbol,
             left.node,
             right.node,
@@ -250,36 +234,36 @@ class _Builder:
 def _is_bracketed(left: _Operand, symbol: str) -> bool:
     """Whether a left operand needs brackets in Python; some operators become a call."""
     is_call = BINARY[symbol].python.level == PYTHON_ATOM
-    if is_call or not isinstance(left.node, BinaryNode):
+    if is_call or not isinstance(left.node, nodes.BinaryNode):
         return is_call
     return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
-def _bracketed(reading: ParseState, bracket: _Bracket, span: Span) -> ExprNode:
+def _bracketed(reading: ParseState, bracket: _Bracket, span: source.Span) -> nodes.ExprNode:
     """The node of a bracket other than a parenthesis."""
-    nodes = tuple(cast(ExprNode, part.node) for part in bracket.parts)
+    operands = tuple(cast(nodes.ExprNode, part.node) for part in bracket.parts)
     base = bracket.base.node if bracket.base else None
     if bracket.names:
-        function = make_name(reading, bracket.start, bracket.start + 1, [])
-        condition = nodes[2] if len(nodes) > 2 else None
+        function = leaves.make_name(reading, bracket.start, bracket.start + 1, [])
+        condition = operands[2] if len(operands) > 2 else None
         *position, variable = bracket.names
-        return AggregateNode(
-            function, nodes[0], variable, nodes[1], condition, *position[:1], span=span
+        return nodes.AggregateNode(
+            function, operands[0], variable, operands[1], condition, *position[:1], span=span
         )
     if bracket.what == "call":
-        function_ = make_access(reading, bracket.start, bracket.end - 1, [])
-        return CallNode(function_, nodes, span=span)
+        function_ = leaves.make_access(reading, bracket.start, bracket.end - 1, [])
+        return nodes.CallNode(function_, operands, span=span)
     if bracket.what == "array":
-        return ArrayNode(nodes, span=span)
+        return nodes.ArrayNode(operands, span=span)
     assert base is not None
     if bracket.what == "set":
-        return InNode(base, nodes, span=span)
-    if len(nodes) == 1:
-        return ElementNode(base, nodes[0], span=span)
-    return SliceNode(base, nodes[0], nodes[1], span=span)
+        return nodes.InNode(base, operands, span=span)
+    if len(operands) == 1:
+        return nodes.ElementNode(base, operands[0], span=span)
+    return nodes.SliceNode(base, operands[0], operands[1], span=span)
 
 
-def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]) -> ExprNode:
+def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.ExprNode:
     """The tree of an expression.
 
     ``parts`` are the token from which the steps count, and the steps.
@@ -304,7 +288,7 @@ def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]
             builder.comma()
         elif what == "for":
             names = range(at + 1, behind - 1, 2)
-            builder.bind([make_name(reading, name, name + 1, []) for name in names])
+            builder.bind([leaves.make_name(reading, name, name + 1, []) for name in names])
         elif what == "parts":
             builder.parts(at, behind)
         else:
@@ -312,7 +296,7 @@ def build_expression(reading: ParseState, start: int, end: int, parts: list[Any]
     return builder.finish()
 
 
-def make_leaf(reading: ParseState, start: int, end: int, parts: list[Any]) -> ExprNode:
+def make_leaf(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.ExprNode:
     """The literal, duration or access in a range of tokens.
 
     Raises:
@@ -321,16 +305,16 @@ def make_leaf(reading: ParseState, start: int, end: int, parts: list[Any]) -> Ex
     kind = reading.kind(start)
     span = reading.span(start, end)
     if kind in _BOOLEANS:
-        return LiteralNode(reading.text(start) == "true", span=span)
-    if kind == STRING:
-        return LiteralNode(make_string(reading, start), span=span)
+        return nodes.LiteralNode(reading.text(start) == "true", span=span)
+    if kind == tokens.STRING:
+        return nodes.LiteralNode(leaves.make_string(reading, start), span=span)
     if kind in _NUMBERS:
-        number = make_number(reading, start)
+        number = leaves.make_number(reading, start)
         if end > start + 1:
             unit = reading.text(start + 1)
-            return DurationNode(number, unit, span=span)
-        return LiteralNode(number, span=span)
-    return make_access(reading, start, end, [])
+            return nodes.DurationNode(number, unit, span=span)
+        return nodes.LiteralNode(number, span=span)
+    return leaves.make_access(reading, start, end, [])
 
 
 def nested_too_deep(limit: int = limits.EXPRESSION_DEPTH) -> str:

@@ -13,11 +13,9 @@ from typing import Any, TypeAlias
 
 from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
 
-from robosc import limits
+from robosc import limits, remedies, source
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.language.tokens import BAD_NUMBER, Tokens, is_word
-from robosc.remedies import Hint, write
-from robosc.source import Span
 from robosc.syntax.pyparsing_names import parse_string
 from robosc.syntax.recovery.advice import advice
 
@@ -43,9 +41,9 @@ class Fault(Exception):
         at: int,
         message: str,
         *,
-        span: Span | None = None,
+        span: source.Span | None = None,
         code: str = "syntax",
-        hint: Hint | None = None,
+        hint: remedies.Hint | None = None,
     ) -> None:
         super().__init__(message)
         self.at = at
@@ -68,7 +66,7 @@ class Stop(ParseSyntaxException):
         message: str,
         *,
         code: str = "syntax",
-        hint: Hint | None = None,
+        hint: remedies.Hint | None = None,
         opened: int | None = None,
     ) -> None:
         super().__init__(kinds, at, message)
@@ -141,7 +139,7 @@ class ParseState:
     def text(self, index: int) -> str:
         return self.tokens.text(index)
 
-    def span(self, start: int, end: int) -> Span:
+    def span(self, start: int, end: int) -> source.Span:
         return self.tokens.span(start, end)
 
     def kind(self, index: int) -> str:
@@ -202,9 +200,9 @@ class ParseState:
         """The fault of a malformed number."""
         found = self.text(at)
         message = f"'{found[:40]}' is not a number"
-        hint: Hint = "numbers look like 42, 4.25 or 1e-3"
+        hint: remedies.Hint = "numbers look like 42, 4.25 or 1e-3"
         if measured := _MEASURED.fullmatch(found):
-            hint = write(measured[1], ": numbers have no unit")
+            hint = remedies.write(measured[1], ": numbers have no unit")
         return Fault(at, message, code="bad-number", hint=hint)
 
     def report(
@@ -212,14 +210,14 @@ class ParseState:
         code: str,
         message: str,
         at: int,
-        hint: Hint | None = None,
+        hint: remedies.Hint | None = None,
         notes: tuple[Note, ...] = (),
-        span: Span | None = None,
+        span: source.Span | None = None,
     ) -> None:
         """Add an error; without ``span`` it is at the token ``at``."""
         if at >= len(self.kinds):
             # The file ends too early: point right behind its last character.
-            span = Span(self.source, self.tokens.end, self.tokens.end)
+            span = source.Span(self.source, self.tokens.end, self.tokens.end)
             message += ", but the file ends here"
         span = span or self.span(at, at + 1)
         self.diagnostics.append(Diagnostic(Severity.ERROR, code, message, span, hint, notes))

@@ -5,8 +5,7 @@ from __future__ import annotations
 from difflib import get_close_matches
 from typing import Any, Literal, cast
 
-from robosc import limits
-from robosc.errors import Diagnostic, Severity, UsageError, at_most, sort_diagnostics
+from robosc import errors, limits
 from robosc.language.tokens import is_word, tokenize
 from robosc.remedies import meant
 from robosc.source import Source, Span, opened
@@ -20,7 +19,7 @@ from robosc.syntax.recovery.synchronise import late_brace
 _FILES = ("robot", "library")
 
 
-def read_source(path: str) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+def read_source(path: str) -> tuple[Source | None, tuple[errors.Diagnostic, ...]]:
     """The model file at ``path``; None and the reason if it is not UTF-8 text.
 
     Raises:
@@ -40,15 +39,15 @@ def read_bytes(path: str, what: str = "model") -> bytes:
             data = file.read(limits.FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise UsageError(f"cannot read {path}: {reason or error}") from error
+        raise errors.UsageError(f"cannot read {path}: {reason or error}") from error
     if len(data) > limits.FILE_BYTES:
-        raise UsageError(
+        raise errors.UsageError(
             f"cannot read {path}: no {what} has more than {limits.FILE_BYTES >> 20} MB"
         )
     return data
 
 
-def source_of(path: str, data: bytes) -> tuple[Source | None, tuple[Diagnostic, ...]]:
+def source_of(path: str, data: bytes) -> tuple[Source | None, tuple[errors.Diagnostic, ...]]:
     """The source in the bytes of a model file; None and the reason if they are not UTF-8 text.
 
     A byte order mark is dropped, and line ends become ``\\n``.
@@ -60,7 +59,7 @@ def source_of(path: str, data: bytes) -> tuple[Source | None, tuple[Diagnostic, 
     return Source(path, text.replace("\r\n", "\n").replace("\r", "\n")), ()
 
 
-def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
+def parse(source: Source) -> tuple[FileNode | None, tuple[errors.Diagnostic, ...]]:
     """The syntax tree of a text, and the syntax errors in reading order.
 
     The tree is None if the text begins with neither a robot nor a library, and after too many
@@ -70,11 +69,11 @@ def parse(source: Source) -> tuple[FileNode | None, tuple[Diagnostic, ...]]:
     tokens = tokenize(source)
     reading = ParseState(tokens)
     tree = None if tokens.binary else _file(reading)
-    found = at_most(sort_diagnostics(reading.diagnostics), limits.LEXICAL_ERRORS)
+    found = errors.at_most(errors.sort_diagnostics(reading.diagnostics), limits.LEXICAL_ERRORS)
     return tree if len(found) <= limits.LEXICAL_ERRORS else None, tuple(found)
 
 
-def _invalid_utf8(path: str, data: bytes, error: UnicodeDecodeError) -> Diagnostic:
+def _invalid_utf8(path: str, data: bytes, error: UnicodeDecodeError) -> errors.Diagnostic:
     before = data[: error.start].decode("utf-8-sig", "replace")
     source = Source(path, data.decode("utf-8-sig", "replace").replace("\r\n", "\n"))
     start = len(before.replace("\r\n", "\n"))
@@ -82,7 +81,7 @@ def _invalid_utf8(path: str, data: bytes, error: UnicodeDecodeError) -> Diagnost
     utf16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     hint = "this looks like UTF-16: save the file as UTF-8" if utf16 else "save the file as UTF-8"
     span = Span(source, start, start + 1)
-    return Diagnostic(Severity.ERROR, "invalid-utf8", message, span, hint)
+    return errors.Diagnostic(errors.Severity.ERROR, "invalid-utf8", message, span, hint)
 
 
 def _file(reading: ParseState) -> FileNode | None:

@@ -11,6 +11,7 @@ from pyparsing import Forward, ParserElement, ParseResults
 
 from robosc import limits
 from robosc.language.keywords import UNITS
+from robosc.syntax import expressions, leaves, nodes, operands, pyparsing_names
 from robosc.syntax.elements import (
     built,
     either,
@@ -21,36 +22,7 @@ from robosc.syntax.elements import (
     symbol,
     terminal,
 )
-from robosc.syntax.expressions import Expression
-from robosc.syntax.leaves import (
-    make_access,
-    make_integer,
-    make_name,
-    make_node,
-    make_number,
-    make_string,
-    make_tuple,
-)
-from robosc.syntax.nodes import (
-    Access,
-    ArrayTypeNode,
-    BasicTypeNode,
-    ElementNode,
-    ExceptNode,
-    ExprNode,
-    Group,
-    LiteralNode,
-    MemberNode,
-    Name,
-    NamedTypeNode,
-    RangeNode,
-    RateNode,
-    RosTypeNode,
-    StringNode,
-)
-from robosc.syntax.operands import make_leaf
 from robosc.syntax.parse_state import ParseState, Stop
-from robosc.syntax.pyparsing_names import set_parse_action
 
 # A name before a colon is that of the next property: the type before it is missing.
 _NO_COLON = "(?! ':' )"
@@ -58,7 +30,7 @@ _NO_COLON = "(?! ':' )"
 
 def name(expected: str) -> ParserElement:
     """An identifier; leaves a Name."""
-    return terminal("NAME", expected, make_name)
+    return terminal("NAME", expected, leaves.make_name)
 
 
 def state(expected: str) -> ParserElement:
@@ -66,18 +38,20 @@ def state(expected: str) -> ParserElement:
     return terminal("QUALIFIED", expected, _build_state)
 
 
-def _build_state(reading: ParseState, start: int, end: int, parts: list[Any]) -> Name | Access:
-    path: Access = make_access(reading, start, end, parts)
+def _build_state(
+    reading: ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.Name | nodes.Access:
+    path: nodes.Access = leaves.make_access(reading, start, end, parts)
     return path if path.path else path.root
 
 
 def communication(expected: str) -> ParserElement:
     """A communication: ``go``, ``Station.go`` or ``Station[i].go``; leaves an Access."""
-    plain = terminal("QUALIFIED (?! '[' )", expected, make_access)
+    plain = terminal("QUALIFIED (?! '[' )", expected, leaves.make_access)
     indexed = built(
-        terminal("NAME (?= '[' )", expected, make_name)
+        terminal("NAME (?= '[' )", expected, leaves.make_name)
         - symbol("[")
-        - Expression("an index in '[…]'")
+        - expressions.Expression("an index in '[…]'")
         - symbol("]", "']' after the index")
         - maybe(terminal("'.' WORD", "'.' and the name of a communication", _build_member)),
         _build_indexed,
@@ -85,33 +59,35 @@ def communication(expected: str) -> ParserElement:
     return either([plain, indexed], expected)
 
 
-def _build_member(reading: ParseState, start: int, end: int, parts: list[Any]) -> Name:
-    return make_name(reading, start + 1, end, [])
+def _build_member(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.Name:
+    return leaves.make_name(reading, start + 1, end, [])
 
 
-def _build_indexed(reading: ParseState, start: int, end: int, parts: list[Any]) -> Access:
+def _build_indexed(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.Access:
     root, index, member = parts
     path = () if member is None else (member,)
-    return Access(root, path, index, span=reading.span(start, end))
+    return nodes.Access(root, path, index, span=reading.span(start, end))
 
 
-def as_communication(node: ExprNode) -> Access | None:
+def as_communication(node: nodes.ExprNode) -> nodes.Access | None:
     """The access to the communication that an expression names; None if it is no such name."""
     match node:
-        case Access(path=(int() as index, Name() as member)):
-            number = LiteralNode(index, span=node.span)
-            return Access(node.root, (member,), number, span=node.span)
-        case Access(path=(int() as index,)):
-            return Access(node.root, (), LiteralNode(index, span=node.span), span=node.span)
-        case ElementNode(array=Access(root=root, path=()), index=index_):
-            return Access(root, (), index_, span=node.span)
-        case Access() if not any(isinstance(part, int) for part in node.path):
+        case nodes.Access(path=(int() as index, nodes.Name() as member)):
+            number = nodes.LiteralNode(index, span=node.span)
+            return nodes.Access(node.root, (member,), number, span=node.span)
+        case nodes.Access(path=(int() as index,)):
+            return nodes.Access(
+                node.root, (), nodes.LiteralNode(index, span=node.span), span=node.span
+            )
+        case nodes.ElementNode(array=nodes.Access(root=root, path=()), index=index_):
+            return nodes.Access(root, (), index_, span=node.span)
+        case nodes.Access() if not any(isinstance(part, int) for part in node.path):
             return node
-        case MemberNode(
-            object=ElementNode(array=Access(root=root, path=()), index=index_),
-            path=(Name() as member,),
+        case nodes.MemberNode(
+            object=nodes.ElementNode(array=nodes.Access(root=root, path=()), index=index_),
+            path=(nodes.Name() as member,),
         ):
-            return Access(root, (member,), index_, span=node.span)
+            return nodes.Access(root, (member,), index_, span=node.span)
     return None
 
 
@@ -135,56 +111,58 @@ def maybe_except() -> ParserElement:
 
 def named_communications(expected: str) -> ParserElement:
     """One communication, or several in braces; leaves a tuple."""
-    one = built(communication("the name of a communication"), make_tuple)
+    one = built(communication("the name of a communication"), leaves.make_tuple)
     return either([_braced(), one], expected)
 
 
 def _braced() -> ParserElement:
     one = communication("the name of a communication")
-    return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), make_tuple)
+    return built(symbol("{") - listed(one) - symbol("}", "',' or '}'"), leaves.make_tuple)
 
 
-def make_group(reading: ParseState, start: int, end: int, parts: list[Any]) -> Group:
+def make_group(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.Group:
     """The group of a tuple and what is left out of it, if there is such a part."""
     items, excepted = parts
     return items if excepted is None else (*items, excepted)
 
 
-def _build_except(reading: ParseState, start: int, end: int, parts: list[Any]) -> ExceptNode:
+def _build_except(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.ExceptNode:
     group = make_group(reading, start, end, parts)
-    return ExceptNode(group, span=reading.span(start, end))
+    return nodes.ExceptNode(group, span=reading.span(start, end))
 
 
 def range_() -> ParserElement:
     """``1..6``; leaves a RangeNode."""
-    bound = terminal("'-'? INTEGER", "a whole number", make_integer)
-    return built(bound - symbol("..", "'..' and the last index") - bound, make_node(RangeNode))
+    bound = terminal("'-'? INTEGER", "a whole number", leaves.make_integer)
+    return built(
+        bound - symbol("..", "'..' and the last index") - bound, leaves.make_node(nodes.RangeNode)
+    )
 
 
 def duration(expected: str) -> ParserElement:
     """``0.5 s``, or the name of a constant or parameter."""
     units = " | ".join(UNITS)
-    return terminal(f"NUMBER (?: {units} ) | QUALIFIED", expected, make_leaf)
+    return terminal(f"NUMBER (?: {units} ) | QUALIFIED", expected, operands.make_leaf)
 
 
 def rate(expected: str) -> ParserElement:
     """``20 Hz``, which leaves a RateNode, or the word ``once``, which leaves a name."""
     hertz = terminal("NUMBER Hz", expected, _build_rate)
-    return either([hertz, terminal("once", expected, make_name)], expected)
+    return either([hertz, terminal("once", expected, leaves.make_name)], expected)
 
 
-def _build_rate(reading: ParseState, start: int, end: int, parts: list[Any]) -> RateNode:
-    return RateNode(make_number(reading, start), span=reading.span(start, end))
+def _build_rate(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.RateNode:
+    return nodes.RateNode(leaves.make_number(reading, start), span=reading.span(start, end))
 
 
 def replace(expected: str) -> ParserElement:
     """The word ``replace``; leaves it as a name."""
-    return terminal("replace", expected, make_name)
+    return terminal("replace", expected, leaves.make_name)
 
 
 def none(expected: str) -> ParserElement:
     """The word ``none``; leaves it as a name."""
-    return terminal("none", expected, make_name)
+    return terminal("none", expected, leaves.make_name)
 
 
 def string(expected: str) -> ParserElement:
@@ -192,29 +170,29 @@ def string(expected: str) -> ParserElement:
     return terminal("STRING", expected, build_string)
 
 
-def build_string(reading: ParseState, start: int, end: int, parts: list[Any]) -> StringNode:
+def build_string(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.StringNode:
     """The node of a string."""
-    return StringNode(make_string(reading, start), span=reading.span(start, end))
+    return nodes.StringNode(leaves.make_string(reading, start), span=reading.span(start, end))
 
 
 def type_(expected: str) -> ParserElement:
     """A type; leaves a node of one."""
     kind = Forward()
-    bound = terminal("'-'? INTEGER", "a whole number", make_integer)
+    bound = terminal("'-'? INTEGER", "a whole number", leaves.make_integer)
     bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")
     integer = built(
-        keyword(f"integer {_NO_COLON}") + maybe(built(bounds, make_tuple)),
-        make_node(BasicTypeNode, "integer"),
+        keyword(f"integer {_NO_COLON}") + maybe(built(bounds, leaves.make_tuple)),
+        leaves.make_node(nodes.BasicTypeNode, "integer"),
     )
     unbounded = terminal("(?: string | boolean | double | none ) '('", "a type")
-    set_parse_action(unbounded, _refuse_range)
+    pyparsing_names.set_parse_action(unbounded, _refuse_range)
     basic = terminal(f"(?: string | boolean | double | none ) {_NO_COLON}", "a type", _build_basic)
     array = built(
         keyword(f"array {_NO_COLON}")
         - symbol("(", "'(' after 'array'")
         - kind
         - symbol(")", "')' to close 'array('"),
-        make_node(ArrayTypeNode),
+        leaves.make_node(nodes.ArrayTypeNode),
     )
     named = terminal("NAME (?: '.' WORD )? (?! '.' | ':' )", "a type", _build_named)
     deep = terminal(f"(?: array '(' ){{{limits.NESTED_DATA}}}", "a type")
@@ -230,11 +208,13 @@ def ranged_double() -> ParserElement:
     bound = terminal("'-'? NUMBER", "a number", _build_bound)
     bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")
     opening = terminal("double (?= '(' )", "a type")
-    return built(opening - built(bounds, make_tuple), make_node(BasicTypeNode, "double"))
+    return built(
+        opening - built(bounds, leaves.make_tuple), leaves.make_node(nodes.BasicTypeNode, "double")
+    )
 
 
 def _build_bound(reading: ParseState, start: int, end: int, parts: list[Any]) -> float:
-    number = float(make_number(reading, end - 1))
+    number = float(leaves.make_number(reading, end - 1))
     return number if end == start + 1 else -number
 
 
@@ -249,16 +229,24 @@ def ros_type(expected: str) -> ParserElement:
     return terminal(f"WORD '/' WORD (?: '/' WORD )? {_NO_COLON}", expected, _build_ros_type)
 
 
-def _build_ros_type(reading: ParseState, start: int, end: int, parts: list[Any]) -> RosTypeNode:
-    package, *middle, type_ = (make_name(reading, at, at + 1, []) for at in range(start, end, 2))
+def _build_ros_type(
+    reading: ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.RosTypeNode:
+    package, *middle, type_ = (
+        leaves.make_name(reading, at, at + 1, []) for at in range(start, end, 2)
+    )
     written = middle[0] if middle else None
-    return RosTypeNode(package, type_, written, span=reading.span(start, end))
+    return nodes.RosTypeNode(package, type_, written, span=reading.span(start, end))
 
 
-def _build_basic(reading: ParseState, start: int, end: int, parts: list[Any]) -> BasicTypeNode:
-    return BasicTypeNode(cast(Any, reading.text(start)), span=reading.span(start, end))
+def _build_basic(
+    reading: ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.BasicTypeNode:
+    return nodes.BasicTypeNode(cast(Any, reading.text(start)), span=reading.span(start, end))
 
 
-def _build_named(reading: ParseState, start: int, end: int, parts: list[Any]) -> NamedTypeNode:
-    *library, name = (make_name(reading, at, at + 1, []) for at in range(start, end, 2))
-    return NamedTypeNode(name, library[0] if library else None, span=reading.span(start, end))
+def _build_named(
+    reading: ParseState, start: int, end: int, parts: list[Any]
+) -> nodes.NamedTypeNode:
+    *library, name = (leaves.make_name(reading, at, at + 1, []) for at in range(start, end, 2))
+    return nodes.NamedTypeNode(name, library[0] if library else None, span=reading.span(start, end))

@@ -13,9 +13,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from robosc.view.hub import compact, utf8
-from robosc.view.recorded import Recording
-from robosc.view.server import PAGE
+from robosc.view import hub, recorded, server
 
 Json = Any
 
@@ -26,7 +24,7 @@ _SCRIPT = re.compile(r'<script src="([\w.]+)" defer></script>\n')
 _STYLE = re.compile(r'<link rel="stylesheet" href="([\w.]+)">\n')
 
 
-def html_of(recording: Recording) -> str:
+def html_of(recording: recorded.Recording) -> str:
     """Return the page of a recording with everything that it needs."""
     page = _read("index.html")
     scripts = [_read(name) for name in _SCRIPT.findall(page)]
@@ -34,18 +32,18 @@ def html_of(recording: Recording) -> str:
     head = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
     styles = "\n".join(_read(name) for name in _STYLE.findall(page))
     page = _STYLE.sub("", page).replace("</head>", f"{head}<style>\n{styles}</style>\n</head>")
-    text = "\n".join(compact(part) for part in _documents(recording))
-    packed = gzip.compress(utf8(text), mtime=0)
+    text = "\n".join(hub.compact(part) for part in _documents(recording))
+    packed = gzip.compress(hub.utf8(text), mtime=0)
     data = f'<script id="recorded" type="text/plain">{base64.b64encode(packed).decode()}</script>\n'
     program = f"<script>\n{''.join(scripts)}</script>\n"
     return page.replace("</body>", f"{data}{program}</body>")
 
 
 def _read(name: str) -> str:
-    return (PAGE / name).read_text(encoding="utf-8")
+    return (server.PAGE / name).read_text(encoding="utf-8")
 
 
-def _documents(recording: Recording) -> tuple[Json, Json]:
+def _documents(recording: recorded.Recording) -> tuple[Json, Json]:
     """What ``exported.js`` reads: all that may have numbers that are no doubles, and the rest.
 
     ``first`` is a state, ``paths`` lead to what changes in it. Each step has pairs: the place of a
@@ -68,7 +66,7 @@ def _documents(recording: Recording) -> tuple[Json, Json]:
         after = [value for _, value in _leaves(state)]
         for place, (old, new) in enumerate(zip(before, after, strict=True)):
             if old != new:
-                step += [place, values.setdefault(compact(new), len(values))]
+                step += [place, values.setdefault(hub.compact(new), len(values))]
         steps.append(step)
         before = after
     told = {

@@ -10,16 +10,13 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol
 
 from robosc.runtime.telemetry import dump
 from robosc.view.hub import Hub
 
 _SILENT = 3.0
 """Seconds; a state comes once per second at least."""
-Topics: TypeAlias = Mapping[str, Callable[[str], None]]
-"""Topics of a node that carry a text, and who listens to it."""
-NOTHING_MORE: Topics = {}
 CHECK = 0.5
 """Seconds between two looks at how things stand."""
 
@@ -32,6 +29,8 @@ class Listener(Protocol):
     It may be there before the node it listens to, and stays when that goes.
     """
 
+    TOPICS: tuple[str, ...] = ("model", "state", "events")
+    """What it listens to, of the topics that :class:`Heard` takes."""
     heard: Heard
 
     def start(self, page: str | None) -> None:
@@ -63,8 +62,10 @@ class Heard:
         self._tell()
 
     @property
-    def topics(self) -> Topics:
-        return {"model": self.model, "state": self.state, "events": self.event}
+    def topics(self) -> Mapping[str, Callable[[str], None]]:
+        """Topics of a node that carry a text, and who takes it."""
+        events = {"events": self.event, "blocked": self.blocked}
+        return {"model": self.model, "state": self.state, **events}
 
     def waits(self, topics: Iterable[str]) -> None:
         """There is nothing to say but which other controllers publish on these topics."""
@@ -95,8 +96,11 @@ class Heard:
             self._hub.put("state", document)
             self._tell()
 
-    def event(self, text: str) -> None:
-        document = _document(text, "outcome")
+    def blocked(self, text: str) -> None:
+        self.event(text, "blocked_by")
+
+    def event(self, text: str, field: str = "outcome") -> None:
+        document = _document(text, field)
         if document is not None:
             self._hub.add([document])
 

@@ -25,12 +25,11 @@ from robosc.simulate.machines.machine import (
     event_of_document,
     label,
 )
-from robosc.simulate.script.documents import choice_document, command_document, state_document
+from robosc.simulate.script import documents
 from robosc.simulate.values.event_data import complete
 from robosc.simulate.values.literals import parse_raw
+from robosc.view import server, tally
 from robosc.view.hub import Hub
-from robosc.view.server import Answers, Unable
-from robosc.view.tally import Tally
 
 _TICK = 0.05
 
@@ -53,7 +52,7 @@ class Played:
         hub.put("hello", dump({"source": "model", "title": source, "clock": self._has_clock}))
 
     @property
-    def answers(self) -> Answers:
+    def answers(self) -> server.Answers:
         return {"/do": self.do}
 
     @property
@@ -81,19 +80,19 @@ class Played:
                         self._machine.undo(count)
                         self._undoable -= count
                     case {"undo": int()}:
-                        raise Unable("there is nothing to undo")
+                        raise server.Unable("there is nothing to undo")
                     case {"restart": _}:
                         self._machine.restart()
                         self._begin(self._machine.beginning)
                     case _:
-                        raise Unable("there is no such request")
+                        raise server.Unable("there is no such request")
             except LineFault as fault:
-                raise Unable(str(fault)) from None
+                raise server.Unable(str(fault)) from None
             self._show()
         return {}
 
     def _begin(self, happenings: Iterable[Happening]) -> None:
-        self._tally = Tally(self._machine.plant.robot)
+        self._tally = tally.Tally(self._machine.plant.robot)
         self._undoable = 0
         self._number = 0
         self._epoch = time.time()
@@ -112,7 +111,7 @@ class Played:
         for _ in range(count):
             step = self._machine.draw(self._random)
             if step is None:
-                raise Unable("nothing can happen any more")
+                raise server.Unable("nothing can happen any more")
             if isinstance(step, float):
                 continue  # the clock goes by itself
             self._tell(self._machine.fire(*step))
@@ -156,7 +155,7 @@ class Played:
         robot = machine.plant.robot
         commands = [c for c in machine.commands() if not c.event.kind.of_component]
         document = {
-            **state_document(machine),
+            **documents.state_document(machine),
             "version": 1,
             "robot": robot.name,
             "begun": None,  # the hub tells when another play begins
@@ -171,7 +170,7 @@ class Played:
             "counters": self._tally.counters,
             "latest": [],
             "choices": [
-                {**choice_document(choice), "short": choice.short or choice.text}
+                {**documents.choice_document(choice), "short": choice.short or choice.text}
                 for choice in machine.choices()
             ],
             "undo": self._undoable,
@@ -179,7 +178,7 @@ class Played:
         self._hub.put("state", dump(document))
 
     def _command(self, command: CommandState) -> Json:
-        document = command_document(command)
+        document = documents.command_document(command)
         event = command.event
         return {
             "count": self._tally.counts[event.name, event.kind.word],

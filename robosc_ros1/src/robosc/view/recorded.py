@@ -17,13 +17,9 @@ from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
-from robosc.model.deciders import decides
-from robosc.model.entities import Robot
-from robosc.runtime.model import Controller
-from robosc.runtime.telemetry import dump, event_document, state_document
-from robosc.runtime.values import jsonable
-from robosc.simulate.bags.bag_files import is_bag, opened_bag
-from robosc.simulate.bags.bag_run import BagRun, settings_of
+from robosc.model import deciders, entities
+from robosc.runtime import model, telemetry, values
+from robosc.simulate.bags import bag_files, bag_run
 from robosc.simulate.event_log import LogEntry, entry_of, read_log
 from robosc.simulate.replay import Follower
 from robosc.simulate.values.shortened_values import UnknownValue
@@ -45,7 +41,7 @@ class _Moment:
 
     def __init__(self, follower: Follower) -> None:
         self.follower = follower
-        self.shown: Controller | None = None
+        self.shown: model.Controller | None = None
         self.tally = Tally(follower.robot)
         self.stopped: str | None = None
 
@@ -88,8 +84,8 @@ class Recording:
         self._supervisor = supervisor
         self.model: Json = model_document(supervisor, source)
         self.hello: Json = {"source": "log", "title": log, "count": len(self._entries)}
-        hub.put("model", dump(self.model))
-        hub.put("hello", dump(self.hello))
+        hub.put("model", telemetry.dump(self.model))
+        hub.put("hello", telemetry.dump(self.hello))
 
     def _follow(self, supervisor: Supervisor) -> None:
         """Keep a moment every _STRIDE events, and where the log leaves the model and until when."""
@@ -209,23 +205,23 @@ class Recording:
             "counters": moment.tally.counters,
         }
         try:
-            document = state_document(snapshot, [], whole=False)
+            document = telemetry.state_document(snapshot, [], whole=False)
         except UnknownValue:  # the log does not say what is enabled
             return None
-        state: Json = jsonable({**document, "time": _time(last)})
+        state: Json = values.jsonable({**document, "time": _time(last)})
         return state
 
 
 def _entries(supervisor: Supervisor, log: str) -> Iterator[LogEntry]:
     """The events of a log; those that a monitor makes of a bag."""
-    if not is_bag(log):
+    if not bag_files.is_bag(log):
         yield from read_log(log)
         return
-    settings = settings_of(supervisor.plant.robot)
-    with opened_bag(Path(log)) as bag:
-        run = BagRun(supervisor, bag, settings, described=True)
+    settings = bag_run.settings_of(supervisor.plant.robot)
+    with bag_files.opened_bag(Path(log)) as bag:
+        run = bag_run.BagRun(supervisor, bag, settings, described=True)
         for line, entry in enumerate(run.entries(lambda *_: None), 1):
-            yield entry_of(log, line, json.loads(dump(event_document(entry))))
+            yield entry_of(log, line, json.loads(telemetry.dump(telemetry.event_document(entry))))
 
 
 def _time(entry: LogEntry) -> float:
@@ -233,14 +229,14 @@ def _time(entry: LogEntry) -> float:
     return float(time) if isinstance(time, (int, float)) else 0.0
 
 
-def _sort(entry: LogEntry, robot: Robot) -> str:
+def _sort(entry: LogEntry, robot: entities.Robot) -> str:
     """``x`` for what did not go well, ``t`` for an internal transition, ``c`` for the controller,
     ``r`` for the robot."""
     if entry.outcome not in ("applied", "withheld"):
         return "x"
     if entry.kind == EventKind.TAU.word:
         return "t"
-    return "c" if decides(robot, entry.kind, entry.name) else "r"
+    return "c" if deciders.decides(robot, entry.kind, entry.name) else "r"
 
 
 def _text(entry: LogEntry) -> str:

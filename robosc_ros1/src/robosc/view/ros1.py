@@ -7,17 +7,16 @@ import logging
 import threading
 import time
 import xmlrpc.client
+from collections.abc import Callable
 from http.client import HTTPException
 from typing import Any
 
 from robosc.errors import UsageError
+from robosc.view import listening, operating, server
 from robosc.view.hub import Hub
-from robosc.view.listening import CHECK, NOTHING_MORE, Heard, Topics, diagnosis
-from robosc.view.operating import PATIENCE, UNHEARD
-from robosc.view.server import Unable
 
 
-class Ros1:
+class Ros1(listening.Listener):
     """Listens to one node, for as long as there is a master, and with the next one again.
 
     Raises:
@@ -25,17 +24,17 @@ class Ros1:
         ModuleNotFoundError: this Python has no rospy.
     """
 
-    def __init__(self, node: str, hub: Hub, more: Topics = NOTHING_MORE) -> None:
+    def __init__(self, node: str, hub: Hub) -> None:
         import rosgraph.names
         import rospy  # noqa: F401  # not there: better now than in a thread
 
         if not rosgraph.names.is_legal_name(node) or node.startswith("~") or not node.strip("/"):
             raise UsageError(f"{node!r} is not the name of a node")
         name = rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), node)
-        self.heard = Heard(rosgraph.names.canonicalize_name(name), hub)
-        self._more = more
+        self.heard = listening.Heard(rosgraph.names.canonicalize_name(name), hub)
         self._subscribers: list[Any] = []
         self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
 
     def start(self, page: str | None) -> None:
         self.heard.watch()
@@ -56,25 +55,23 @@ class Ros1:
         import rospy
 
         if not self._subscribers:
-            raise Unable("there is no connection to ROS yet")
+            raise server.Unable("there is no connection to ROS yet")
         try:
             types = dict(rosgraph.Master(rospy.get_name()).getTopicTypes())
         except (OSError, HTTPException, xmlrpc.client.Error) as error:
-            raise Unable(f"the master does not answer: {error}") from None
+            raise server.Unable(f"the master does not answer: {error}") from None
         if topic not in types:
-            raise Unable(UNHEARD % topic)
-        class_ = roslib.message.get_message_class(types[topic])
-        if class_ is None:
-            raise Unable(f"this machine has no {types[topic]}: source the workspace that has it")
+            raise server.Unable(operating.UNHEARD % topic)
+        class_ = known_class(roslib.message.get_message_class, types[topic])
         message = filled(class_(), data)
         publisher = self._publishers.get(topic)
         if publisher is None:
             publisher = rospy.Publisher(topic, class_, queue_size=10, tcp_nodelay=True)
             self._publishers[topic] = publisher
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + operating.PATIENCE
         while not publisher.get_num_connections():
             if time.monotonic() > end:
-                raise Unable(UNHEARD % topic)
+                raise server.Unable(operating.UNHEARD % topic)
             time.sleep(0.01)
         publisher.publish(message)
 
@@ -85,7 +82,7 @@ class Ros1:
         logging.getLogger("rosout").addHandler(logging.NullHandler())
         while not rosgraph.is_master_online():
             self.heard.otherwise = f"waiting for a master on {rosgraph.get_master_uri()}"
-            time.sleep(CHECK)
+            time.sleep(listening.CHECK)
         # Signals are the server's; several viewers may watch one node.
         rospy.init_node("robosc_view", anonymous=True, disable_signals=True, disable_rosout=True)
         master = rosgraph.Master(rospy.get_name())
@@ -93,7 +90,7 @@ class Ros1:
             self._keep_registered(master)
             with contextlib.suppress(rospy.ROSException):  # it is shut down meanwhile
                 self._tell_of(page)
-            time.sleep(CHECK)
+            time.sleep(listening.CHECK)
 
     def _tell_of(self, page: str | None) -> None:
         import diagnostic_msgs.msg
@@ -101,7 +98,7 @@ class Ros1:
 
         if page is not None:
             messages, stamp = diagnostic_msgs.msg, rospy.Time.now()
-            told = diagnosis(messages, self.heard.node, page, stamp, 0)
+            told = listening.diagnosis(messages, self.heard.node, page, stamp, 0)
             self._publishers["/diagnostics"].publish(told)
 
     def _keep_registered(self, master: Any) -> None:
@@ -136,16 +133,23 @@ class Ros1:
             )
         }
         heard = self.heard
-        topics = {**heard.topics, **self._more}
         self._subscribers = [
             rospy.Subscriber(
                 f"{heard.node}/{topic}",
                 std_msgs.msg.String,
-                lambda message, listener=listener: listener(message.data),
+                lambda message, listener=heard.topics[topic]: listener(message.data),
                 tcp_nodelay=True,
             )
-            for topic, listener in topics.items()
+            for topic in self.TOPICS
         ]
+
+
+def known_class(find: Callable[[str], Any], type_: str) -> Any:
+    """Return what ``roslib`` finds of a type. Raises Unable: nothing."""
+    class_ = find(type_)
+    if class_ is None:
+        raise server.Unable(f"this machine has no {type_}: source the workspace that has it")
+    return class_
 
 
 def filled(message: Any, data: Any) -> Any:
@@ -160,5 +164,5 @@ def filled(message: Any, data: Any) -> Any:
         genpy.message.fill_message_args(message, [data])
         message._check_types()
     except (genpy.MessageException, ValueError) as error:
-        raise Unable(str(error)) from None
+        raise server.Unable(str(error)) from None
     return message

@@ -12,7 +12,7 @@ from typing import Any
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.listening import CHECK, NOTHING_MORE, Heard, Topics, diagnosis
+from robosc.view.listening import CHECK, Heard, Listener, diagnosis
 from robosc.view.operating import PATIENCE, UNHEARD
 from robosc.view.server import Unable
 
@@ -20,7 +20,7 @@ MATCHED = 0.5
 """Seconds until whoever hears a new publisher knows of it, too: before, it would lose a message."""
 
 
-class Ros2:
+class Ros2(Listener):
     """Listens to one node; discovery finds it, and finds it again.
 
     Raises:
@@ -28,7 +28,7 @@ class Ros2:
         ModuleNotFoundError: this Python has no rclpy.
     """
 
-    def __init__(self, node: str, hub: Hub, more: Topics = NOTHING_MORE) -> None:
+    def __init__(self, node: str, hub: Hub) -> None:
         import rclpy
         from rclpy.exceptions import InvalidTopicNameException
         from rclpy.executors import SingleThreadedExecutor
@@ -48,8 +48,8 @@ class Ros2:
         except RuntimeError as error:
             raise UsageError(f"ROS 2 does not start: {error}") from error
         self.heard = Heard(name, hub)
-        self._more = more
         self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
         self._making = threading.Lock()
         self._subscribe()
         self.node.create_timer(CHECK, self._look_around)
@@ -87,17 +87,8 @@ class Ros2:
         types = dict(self.node.get_topic_names_and_types()).get(topic)
         if not types:
             raise Unable(UNHEARD % topic)
-        package, _, name = types[0].split("/")
-        try:
-            class_ = getattr(importlib.import_module(f"{package}.msg"), name)
-        except (ImportError, AttributeError):
-            raise Unable(
-                f"this machine has no {types[0]}: source the workspace that has it"
-            ) from None
-        try:
-            message = filled(class_, data)
-        except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
-            raise Unable(f"this does not fit {types[0]}: {error}") from None
+        class_ = known_class(types[0].replace("/msg/", "/"), "msg")
+        message = filled(class_, data)
         with self._making:
             known = self._publishers.get(topic)
             publisher = known or self._make_publisher(topic, class_)
@@ -163,7 +154,8 @@ class Ros2:
             depth=1, reliability=reliable, durability=DurabilityPolicy.TRANSIENT_LOCAL
         )
         each = QoSProfile(depth=1000, reliability=reliable)
-        for topic, listener in {**heard.topics, **self._more}.items():
+        for topic in self.TOPICS:
+            listener = heard.topics[topic]
             quality = latched if topic in ("model", "state") else each
             self.node.create_subscription(
                 String,
@@ -182,12 +174,33 @@ class Ros2:
             self._executor.spin()
 
 
+def known_class(type_: str, kind: str) -> Any:
+    """Return the class of a type (``package/Type``) of a kind: msg, srv, action.
+
+    Raises:
+        Unable: there is none here.
+    """
+    package, _, name = type_.partition("/")
+    try:
+        return getattr(importlib.import_module(f"{package}.{kind}"), name)
+    except (ImportError, AttributeError):
+        raise Unable(f"this machine has no {type_}: source the workspace that has it") from None
+
+
 def filled(class_: Any, data: Any) -> Any:
     """A message with these fields: by name, nested, or its only one.
 
     Raises:
-        AssertionError, AttributeError, OverflowError, TypeError, ValueError: they do not fit.
+        Unable: they do not fit.
     """
+    try:
+        return _filled(class_, data)
+    except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
+        name = "/".join((*class_.__module__.split(".")[:2], class_.__name__))
+        raise Unable(f"this does not fit {name}: {error}") from None
+
+
+def _filled(class_: Any, data: Any) -> Any:
     message = class_()
     if hasattr(message, "_check_fields"):  # since Jazzy only if asked; C aborts on what is wrong
         message._check_fields = True
@@ -212,7 +225,8 @@ def _value(kind: Any, value: Any) -> Any:
             raise ValueError(f"{value!r} is no list")
         return [_value(kind.value_type, part) for part in value]
     if isinstance(kind, NamespacedType):
-        return filled(getattr(importlib.import_module(".".join(kind.namespaces)), kind.name), value)
+        module = importlib.import_module(".".join(kind.namespaces))
+        return _filled(getattr(module, kind.name), value)
     if isinstance(kind, BasicType) and kind.typename == "octet":
         return bytes([value])
     if isinstance(kind, BasicType) and kind.typename in ("float", "double") and type(value) is int:

@@ -22,8 +22,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 from urllib.parse import urlsplit
 
-from robosc import limits
-from robosc.errors import UsageError
+from robosc import errors, limits
 from robosc.view.hub import Hub, compact, utf8
 
 DEFAULT_PORT = 8642
@@ -67,7 +66,7 @@ class PageServer(ThreadingHTTPServer):
     def __init__(self, where: Where, hub: Hub, answers: Answers, token: str | None = None) -> None:
         """``token``: whoever posts must have it; only for browsers of this machine."""
         if token is not None and not _is_local(where.host):
-            raise UsageError(
+            raise errors.UsageError(
                 f"{where.host} can be reached from other machines: an operator sits at this one"
             )
         self.hub = hub
@@ -82,7 +81,7 @@ class PageServer(ThreadingHTTPServer):
         except UnicodeError:
             valid = False
         if not valid:
-            raise UsageError(f"{host!r} is not an address or the name of a host")
+            raise errors.UsageError(f"{host!r} is not an address or the name of a host")
         if ":" in host:
             self.address_family = socket.AF_INET6
         try:
@@ -91,7 +90,7 @@ class PageServer(ThreadingHTTPServer):
             if port is not None or error.errno != errno.EADDRINUSE:
                 reason = error.strerror or str(error)
                 place = host if port is None else f"{host}, port {port}"
-                raise UsageError(f"cannot listen on {place}: {reason}") from error
+                raise errors.UsageError(f"cannot listen on {place}: {reason}") from error
             super().__init__((host, 0), _Handler)
 
     @property

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosc.errors import UsageError
-from robosc.simulate.faults import InvalidLine
-from robosc.simulate.start import machine_maker, parameters
+from robosc.simulate import faults, start
 from robosc.supervisor import Supervisor
-from robosc.view.exported import html_of
+from robosc.view import exported, recorded
 from robosc.view.hub import Hub
 from robosc.view.played import Played
-from robosc.view.recorded import Recording
 from robosc.view.server import PageServer, Where
 
 
@@ -25,8 +23,8 @@ def view_model(
     """
     hub = Hub()
     try:
-        machine = machine_maker(supervisor, execute=execute)(parameters(given))
-    except InvalidLine as fault:
+        machine = start.machine_maker(supervisor, execute=execute)(start.parameters(given))
+    except faults.InvalidLine as fault:
         raise UsageError(str(fault)) from None
     played = Played(machine, hub)
     with PageServer(where, hub, played.answers) as server:
@@ -41,7 +39,7 @@ def view_log(supervisor: Supervisor, log: str, where: Where) -> None:
         UsageError: it cannot listen there, or the log cannot be read.
     """
     hub = Hub()
-    recording = Recording(supervisor, log, hub)
+    recording = recorded.Recording(supervisor, log, hub)
     with PageServer(where, hub, recording.answers) as server:
         server.run()
 
@@ -52,4 +50,4 @@ def export_log(supervisor: Supervisor, log: str) -> str:
     Raises:
         UsageError: the log cannot be read.
     """
-    return html_of(Recording(supervisor, log, Hub()))
+    return exported.html_of(recorded.Recording(supervisor, log, Hub()))

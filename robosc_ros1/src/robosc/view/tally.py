@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections import Counter
 
 from robosc.language.events import EventKind
-from robosc.model.deciders import decides
-from robosc.model.entities import Robot
+from robosc.model import deciders, entities
 
 
 class Tally:
     """Counts the events of one run: ``counts`` those that were applied, by name and kind."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: entities.Robot) -> None:
         self._robot = robot
         self.counts: Counter[tuple[str, str]] = Counter()
         self.counters = dict.fromkeys(
@@ -28,7 +27,7 @@ class Tally:
         self.counts[name, kind] += 1
         if kind == EventKind.TAU.word:
             self.counters["taus"] += 1
-        elif decides(self._robot, kind, name):
+        elif deciders.decides(self._robot, kind, name):
             self.counters["commands"] += 1
         else:
             self.counters["inputs"] += 1

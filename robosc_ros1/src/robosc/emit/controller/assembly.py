@@ -9,50 +9,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from robosc.emit.controller import python_literals
+from robosc.emit.controller import (
+    comments,
+    controller_tables,
+    guard_methods,
+    lasting,
+    messages,
+    python,
+    python_literals,
+    reactions,
+    template_data,
+)
 from robosc.emit.controller.attribute_names import attributes_of, counting_entries, word_of
-from robosc.emit.controller.comments import PERMITTED, PHASES, described
-from robosc.emit.controller.controller_tables import bound_of_steps, imports_of, parameter_row
-from robosc.emit.controller.guard_methods import GuardTexts, holds_where
-from robosc.emit.controller.lasting import lasting_views
-from robosc.emit.controller.messages import (
-    converting_enums,
-    corrected_data,
-    enum_view,
-    provided_data,
-    reading,
-    refusals,
-)
 from robosc.emit.controller.naming import PythonNames, place
-from robosc.emit.controller.python import (
-    PythonCode,
-    duration,
-    joined,
-    literal,
-    read_by,
-    readable,
-)
-from robosc.emit.controller.reactions import Reactions, alike
-from robosc.emit.controller.template_data import (
-    AfterView,
-    AttributeView,
-    CommandView,
-    ComponentView,
-    ConjunctView,
-    ControllerContext,
-    GuardPartView,
-    InputView,
-    RequirementView,
-    TauView,
-)
 from robosc.emit.controller.whole_guards import whole_guards
-from robosc.emit.package.config import ATTRIBUTES, declared_communications, declared_parameters
-from robosc.emit.package.rendering import instantiated
-from robosc.expr.traversal import may_be_undefined
-from robosc.expr.tree import TRUE, Expr
-from robosc.expr.types import domain
-from robosc.language.events import EventKind
-from robosc.language.functions import HELPERS
+from robosc.emit.package import config, rendering
+from robosc.expr import traversal, tree, types
+from robosc.language import events, functions
 from robosc.model.stages import told_stages
 from robosc.names import snake_case
 from robosc.plant.automaton import Event, Plant
@@ -72,10 +45,10 @@ _RESERVED = """
 """
 
 
-def controller_context(supervisor: Supervisor, robot_file: str) -> ControllerContext:
+def controller_context(supervisor: Supervisor, robot_file: str) -> template_data.ControllerContext:
     context = _Builder(supervisor).build(robot_file)
-    source = instantiated("common/node/controller.py.jinja", context)
-    return replace(context, imports=imports_of(source))
+    source = rendering.instantiated("common/node/controller.py.jinja", context)
+    return replace(context, imports=controller_tables.imports_of(source))
 
 
 class _Builder:
@@ -85,67 +58,72 @@ class _Builder:
         self.supervisor = supervisor
         self.plant: Plant = supervisor.plant
         self.robot = supervisor.plant.robot
-        self.names = PythonNames([*_RESERVED.split(), *HELPERS])
+        self.names = PythonNames([*_RESERVED.split(), *functions.HELPERS])
         self.class_name = self.names.take(f"{self.robot.name}Controller")
-        self.enums = converting_enums(self.robot)
+        self.enums = messages.converting_enums(self.robot)
         self.part_names = supervisor.part_names
         self.attributes = attributes_of(self.robot, self.enums, self.part_names, self.names)
-        self.reactions = Reactions(self.plant, self.attributes)
+        self.reactions = reactions.Reactions(self.plant, self.attributes)
         self.requirements = tuple(map(self._requirement, range(len(self.robot.requirements))))
-        self.guards = GuardTexts(supervisor, self.attributes, self.requirements)
-        self.shown: list[Expr] = []
+        self.guards = guard_methods.GuardTexts(supervisor, self.attributes, self.requirements)
+        self.shown: list[tree.Expr] = []
         """The conditions in guards, with the names of their parts."""
 
     def _word(self, key: str) -> str:
         return word_of(key, self.robot)
 
-    def build(self, robot_file: str) -> ControllerContext:
+    def build(self, robot_file: str) -> template_data.ControllerContext:
         guards = {g.event.identity: g for g in whole_guards(self.supervisor)}
         inputs = []
         commands = []
         taus = []
         afters = []
         for event in dict.fromkeys(e.whole or e for e in self.plant.events):
-            if event.kind is EventKind.TAU:
+            if event.kind is events.EventKind.TAU:
                 taus.append(self._tau(guards[event.identity]))
-            elif event.kind is EventKind.AFTER:
+            elif event.kind is events.EventKind.AFTER:
                 afters.append(self._after(event))
             elif event.controllable:
                 commands.append(self._command(guards[event.identity]))
             else:
                 inputs.append(self._input(event))
-        return ControllerContext(
+        return template_data.ControllerContext(
             robot=self.robot.name,
             source=robot_file,
             class_name=self.class_name,
-            step_bound=bound_of_steps(self.supervisor),
+            step_bound=controller_tables.bound_of_steps(self.supervisor),
             stages=told_stages(self.robot),
-            enums=tuple(enum_view(e, self.attributes) for e in self.enums),
+            enums=tuple(messages.enum_view(e, self.attributes) for e in self.enums),
             components=tuple(self._components()),
             phases=tuple(self._phase_views()),
             locations=tuple(self.attributes.locations.items()),
             variables=tuple(self.attributes.variables.items()),
-            communications=tuple(map(self._row, declared_communications(self.robot))),
+            communications=tuple(map(self._row, config.declared_communications(self.robot))),
             requirements=self.requirements,
             inputs=tuple(inputs),
             commands=self._with_preferences(commands),
-            refusals=tuple(refusals(self.robot, self.attributes, self.names)),
+            refusals=tuple(messages.refusals(self.robot, self.attributes, self.names)),
             taus=tuple(t for t in taus if t.body),
             afters=tuple(afters),
-            lasting=lasting_views(self.robot, self.attributes),
+            lasting=lasting.lasting_views(self.robot, self.attributes),
             guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),
             persistent=tuple(
-                (key, self.attributes.variables[key], repr(domain(variable.type)))
+                (key, self.attributes.variables[key], repr(types.domain(variable.type)))
                 for key, variable in self.robot.persistent.items()
             ),
             parameters=tuple(
-                AttributeView(
-                    self.attributes.parameters[p.key], readable(p.default), f"{p.key}: {p.type}"
+                template_data.AttributeView(
+                    self.attributes.parameters[p.key],
+                    python.readable(p.default),
+                    f"{p.key}: {p.type}",
                 )
                 for p in self.robot.parameters
             ),
             parameter_rows=tuple(
-                map(parameter_row, declared_parameters(self.robot, self.attributes.parameters))
+                map(
+                    controller_tables.parameter_row,
+                    config.declared_parameters(self.robot, self.attributes.parameters),
+                )
             ),
         )
 
@@ -153,26 +131,26 @@ class _Builder:
 
     def _row(self, declared: Declared) -> str:
         """The entry of a communication in the table, as arguments."""
-        parts = [literal(part) for part in (declared.key, declared.name, declared.sort)]
+        parts = [python.literal(part) for part in (declared.key, declared.name, declared.sort)]
         phases = self.robot.communications[declared.key].phases
         if phases is not None:
             flags = tuple(self.attributes.phases[declared.key, phase] for phase in phases.active)
             for field, names in (("flags", flags), ("phases", phases.names)):
                 parts.append(f"{field}={python_literals.literal(names)}")
-        more = [(field, getattr(declared, field)) for field in ATTRIBUTES]
-        parts += [f"{field}={literal(value)}" for field, value in more if value is not None]
+        more = [(field, getattr(declared, field)) for field in config.ATTRIBUTES]
+        parts += [f"{field}={python.literal(value)}" for field, value in more if value is not None]
         return ", ".join(parts)
 
-    def _components(self) -> Iterator[ComponentView]:
+    def _components(self) -> Iterator[template_data.ComponentView]:
         for component in self.robot.components:
             if component.behaviour is None:
                 continue
             states = component.behaviour.states
             initial = next(s.name for s in states if s.initial)
             attributes = [
-                AttributeView(
+                template_data.AttributeView(
                     self.attributes.locations[component.name],
-                    literal(initial),
+                    python.literal(initial),
                     "state: " + ", ".join(s.name for s in states),
                 )
             ]
@@ -180,46 +158,48 @@ class _Builder:
                 _, _, outer = name.partition(".")
                 what = f"entered or left {outer}" if outer else "entered a state"
                 entries = self.attributes.entries[name]
-                attributes.append(AttributeView(entries, "0", f"how often it {what}"))
+                attributes.append(template_data.AttributeView(entries, "0", f"how often it {what}"))
             for variable in component.behaviour.variables:
                 what = "" if variable.in_state else ", only for data that is sent"
                 attributes.append(
-                    AttributeView(
+                    template_data.AttributeView(
                         self.attributes.variables[variable.key],
-                        "None" if variable.initial is None else literal(variable.initial),
+                        "None" if variable.initial is None else python.literal(variable.initial),
                         f"variable {variable.name}: {variable.type}{what}",
                     )
                 )
-            yield ComponentView(component.name, place(component.span), tuple(attributes))
-
-    def _phase_views(self) -> Iterator[AttributeView]:
-        for (key, phase), attribute in self.attributes.phases.items():
-            yield AttributeView(
-                attribute, "False", f"{self.robot.display_names[key]} {PHASES[phase]}"
+            yield template_data.ComponentView(
+                component.name, place(component.span), tuple(attributes)
             )
 
-    def _requirement(self, number: int) -> RequirementView:
+    def _phase_views(self) -> Iterator[template_data.AttributeView]:
+        for (key, phase), attribute in self.attributes.phases.items():
+            yield template_data.AttributeView(
+                attribute, "False", f"{self.robot.display_names[key]} {comments.PHASES[phase]}"
+            )
+
+    def _requirement(self, number: int) -> template_data.RequirementView:
         requirement = self.robot.requirements[number]
         parts = tuple(
-            ConjunctView(
+            template_data.ConjunctView(
                 part.failure,
                 self.attributes.text(part.unmet),
                 tuple((name, self.attributes.text(ref)) for name, ref in part.values.items()),
             )
             for part in conjuncts(requirement, self.robot)
         )
-        return RequirementView(
+        return template_data.RequirementView(
             requirement.text,
             place(requirement.span),
             self.names.take(f"requirement_{number + 1}"),
             self.robot.supervises and requirement.on_data,
-            self.attributes.text(holds_where(requirement)),
+            self.attributes.text(guard_methods.holds_where(requirement)),
             self.names.take(f"failures_of_requirement_{number + 1}") if parts else None,
             parts,
         )
 
-    def _part(self, part: NamedExpr) -> GuardPartView:
-        return GuardPartView(
+    def _part(self, part: NamedExpr) -> template_data.GuardPartView:
+        return template_data.GuardPartView(
             self.attributes.parts[part.name],
             part.text(self.robot),
             self.attributes.text(part.expr),
@@ -227,20 +207,20 @@ class _Builder:
 
     # --- events --------------------------------------------------------------------------------
 
-    def _input(self, event: Event) -> InputView:
+    def _input(self, event: Event) -> template_data.InputView:
         word = self._word(event.key)
-        read, lines = reading(event, self.robot, self.attributes)
+        read, lines = messages.reading(event, self.robot, self.attributes)
         reader = None
         if read is not None:
             reader = self.names.take(f"read_{event.kind.word}_of_{word}")
         expect = self.robot.communications[event.key].expect
-        if event.kind is not EventKind.RESPONSE:
+        if event.kind is not events.EventKind.RESPONSE:
             expect = None
-        return InputView(
+        return template_data.InputView(
             key=event.key,
             kind=event.kind.word,
             place=place(event.span),
-            description=described(event.kind, self.robot.communications[event.key]),
+            description=comments.described(event.kind, self.robot.communications[event.key]),
             read=read,
             read_lines=lines,
             reader=reader,
@@ -250,14 +230,14 @@ class _Builder:
             expected="" if expect is None else self._held(expect),
         )
 
-    def _held(self, condition: Expr) -> str:
+    def _held(self, condition: tree.Expr) -> str:
         """A condition that is counted where it is undefined."""
         text = self.attributes.text(condition)
-        if may_be_undefined(condition) and condition.span is not None:
-            return f"self.holds(lambda: {text}, {literal(place(condition.span))})"
+        if traversal.may_be_undefined(condition) and condition.span is not None:
+            return f"self.holds(lambda: {text}, {python.literal(place(condition.span))})"
         return text
 
-    def _command(self, guard: Guard) -> CommandView:
+    def _command(self, guard: Guard) -> template_data.CommandView:
         event = guard.event
         word = self._word(event.key)
         kind = event.kind.word
@@ -265,20 +245,20 @@ class _Builder:
         synchronisation = self.reactions.synchronisation(event)
         data: tuple[str, ...] = ()
         if event.kind.sent:
-            data = provided_data(event.command, self.robot, self.attributes)
+            data = messages.provided_data(event.command, self.robot, self.attributes)
         text = self.guards.guard(guard)
         self.shown += text.shown
         changes = reaction.body or reaction.writes
-        read, lines = reading(event, self.robot, self.attributes)
-        corrections = corrected_data(event.key, self.robot, self.attributes)
+        read, lines = messages.reading(event, self.robot, self.attributes)
+        corrections = messages.corrected_data(event.key, self.robot, self.attributes)
         during, unless = self.reactions.phases(event)
-        sent = f"feedback_of_{word}" if event.kind is EventKind.PROGRESS else word
-        return CommandView(
+        sent = f"feedback_of_{word}" if event.kind is events.EventKind.PROGRESS else word
+        return template_data.CommandView(
             key=event.key,
             kind=kind,
             place=place(event.span),
-            description=described(event.kind, self.robot.communications[event.key]),
-            permission=f"{event.name} may be {PERMITTED[event.kind]}",
+            description=comments.described(event.kind, self.robot.communications[event.key]),
+            permission=f"{event.name} may be {comments.PERMITTED[event.kind]}",
             read=read,
             read_lines=lines,
             reader=self.names.take(f"read_{kind}_of_{word}") if read is not None else None,
@@ -297,13 +277,15 @@ class _Builder:
             data_body=data,
             applier=self.names.take(f"{kind}_{word}") if changes else None,
             reaction=reaction,
-            reads=read_by([synchronisation], text.read),
+            reads=python.read_by([synchronisation], text.read),
             requirements=event.requirements,
             reason=text.reason,
             partners=self.reactions.partners(event, f"{kind}_of_{word}", self.names),
         )
 
-    def _with_preferences(self, commands: list[CommandView]) -> tuple[CommandView, ...]:
+    def _with_preferences(
+        self, commands: list[template_data.CommandView]
+    ) -> tuple[template_data.CommandView, ...]:
         row_of = {(c.communication.key, c.kind.word): c.key for c in self.robot.commands.values()}
         keys = [row_of.get((c.key, c.kind)) for c in commands]
         at = {key: n for n, key in enumerate(keys) if key is not None}
@@ -315,7 +297,7 @@ class _Builder:
             for key, c in zip(keys, commands, strict=True)
         )
 
-    def _after(self, event: Event) -> AfterView:
+    def _after(self, event: Event) -> template_data.AfterView:
         component = self.robot.component(event.key)
         assert component.behaviour is not None
         state, after = next(
@@ -326,10 +308,10 @@ class _Builder:
         )
         automaton, *_ = event.automata
         condition = self.reactions.condition(automaton)
-        reaction = self.reactions.reaction(event, tested=len(alike(automaton.edges)) == 1)
+        reaction = self.reactions.reaction(event, tested=len(reactions.alike(automaton.edges)) == 1)
         location = self.attributes.locations[event.key]
         assert after.delay is not None
-        delay = duration(after.delay)
+        delay = python.duration(after.delay)
         body = [
             f"before = self.{location}",
             *reaction.body,
@@ -337,32 +319,32 @@ class _Builder:
         ]
         if condition:
             body = [f"if {condition.text}:", *(f"    {line}" for line in body), "return None"]
-        return AfterView(
+        return template_data.AfterView(
             event.name,
             event.index,
             self.names.take(f"after_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
             state.name,
-            literal(delay),
+            python.literal(delay),
             f"~{delay}" if isinstance(delay, str) else f"{delay} s",
             location,
             self.attributes.entries.get(
                 f"{event.key}.{state.name}", self.attributes.entries.get(event.key, "")
             ),
             tuple(body),
-            read_by([condition]),
+            python.read_by([condition]),
             reaction.writes,
         )
 
-    def _tau(self, guard: Guard) -> TauView:
+    def _tau(self, guard: Guard) -> template_data.TauView:
         event = guard.event
         automaton, *_ = event.automata
         variable = self.plant.variables[automaton.variable]
         location = self.attributes.locations[event.key]
-        conditions: list[PythonCode] = []
+        conditions: list[python.PythonCode] = []
         body = []
         writes: dict[str, None] = {}
-        for edges in alike(automaton.edges):
+        for edges in reactions.alike(automaton.edges):
             edge = edges[0]
             # Others would change nothing.
             moved = [e for e in edges if e.source != e.target or e.updates]
@@ -370,13 +352,13 @@ class _Builder:
                 continue
             parts = [self.reactions.location_test(variable, [e.source for e in moved])]
             for condition in (edge.guard, guard.expr):
-                if condition is not None and condition != TRUE:
+                if condition is not None and condition != tree.TRUE:
                     shown = self.part_names.of_guard(condition)
                     self.shown.append(shown)
                     code = self.attributes.code(condition)
                     parts.append(replace(code, text=self.attributes.operand(shown)))
             parts += self.reactions.ranges(edge)
-            conditions.append(joined("and", parts))
+            conditions.append(python.joined("and", parts))
             effects, written = self.reactions.effects(event, moved)
             writes.update(dict.fromkeys(written))
             body += [
@@ -385,12 +367,12 @@ class _Builder:
                 *(f"    {line}" for line in effects),
                 f'    return before + "->{variable.values[edge.target]}"',
             ]
-        return TauView(
+        return template_data.TauView(
             event.name,
             event.index,
             self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
             place(event.span),
             (*body, "return None") if body else (),
-            read_by(conditions),
+            python.read_by(conditions),
             tuple(writes),
         )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from robosc.emit.controller.naming import PythonNames
-from robosc.emit.controller.python import Attributes
+from robosc.emit.controller import naming, python
 from robosc.expr.types import EnumType
 from robosc.model.entities import Component, Robot
 from robosc.names import snake_case
@@ -13,8 +12,8 @@ from robosc.plant.part_names import PartNames
 
 
 def attributes_of(
-    robot: Robot, enums: Iterable[EnumType], part_names: PartNames, names: PythonNames
-) -> Attributes:
+    robot: Robot, enums: Iterable[EnumType], part_names: PartNames, names: naming.PythonNames
+) -> python.Attributes:
     """Take a name for each part of the state, for conversions to enums, and for parts of guards."""
     functions = {e: names.take(snake_case(e.name)) for e in enums}
     locations: dict[str, str] = {}
@@ -43,7 +42,7 @@ def attributes_of(
     }
     parts = {part.name: names.take(part.name) for part in part_names.definitions}
     lasting = {one.name: names.take(f"is_{snake_case(one.name)}") for one in robot.lasting}
-    return Attributes(
+    return python.Attributes(
         robot, locations, variables, phases, functions, entries, parameters, parts, lasting
     )
 

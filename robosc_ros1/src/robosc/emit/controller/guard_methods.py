@@ -9,8 +9,7 @@ from robosc.emit.controller.naming import place
 from robosc.emit.controller.python import Attributes, PythonCode
 from robosc.emit.controller.template_data import RequirementView
 from robosc.emit.write.line_breaks import unparenthesised
-from robosc.expr.traversal import operands
-from robosc.expr.tree import Expr
+from robosc.expr import traversal, tree
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
 from robosc.plant.automaton import Event
@@ -30,10 +29,10 @@ class GuardText:
     text: str
     read: frozenset[str]
     reason: str | None
-    shown: tuple[Expr, ...]
+    shown: tuple[tree.Expr, ...]
 
 
-def holds_where(requirement: Requirement) -> Expr:
+def holds_where(requirement: Requirement) -> tree.Expr:
     """The condition under which a requirement is met."""
     condition = requirement.condition
     return negation(condition) if requirement.forbids else condition
@@ -59,7 +58,7 @@ class GuardTexts:
         notes = []
         called: Sequence[int] = event.requirements
         rest = PythonCode("")
-        shown: tuple[Expr, ...] = ()
+        shown: tuple[tree.Expr, ...] = ()
         if guard.status != "as required" or not event.requirements:
             called, rest, shown = self._with_calls(event, guard.expr)
             if guard.status == "restricted":
@@ -98,22 +97,22 @@ class GuardTexts:
         return f"{negated}self.{requirement.method}({'value' if requirement.on_data else ''})"
 
     def _with_calls(
-        self, event: Event, expr: Expr
-    ) -> tuple[list[int], PythonCode, tuple[Expr, ...]]:
+        self, event: Event, expr: tree.Expr
+    ) -> tuple[list[int], PythonCode, tuple[tree.Expr, ...]]:
         """The requirements that stand in a guard word for word, and the conditions beside them."""
         operator = _operator(event)
-        parts = whole = operands(expr, operator)
+        parts = whole = traversal.operands(expr, operator)
         called = []
         for number in event.requirements:
             holds = holds_where(self.supervisor.plant.robot.requirements[number])
-            wanted = operands(negation(holds) if operator == "or" else holds, operator)
+            wanted = traversal.operands(negation(holds) if operator == "or" else holds, operator)
             if all(part in whole for part in wanted):
                 parts = [part for part in parts if part not in wanted]
                 called.append(number)
         read = [self.attributes.code(part) for part in parts]
         if parts and self.names.is_long(expr):
             rest = conjunction(parts) if operator == "and" else disjunction(parts)
-            parts = operands(self.names.short(rest), operator)
+            parts = traversal.operands(self.names.short(rest), operator)
         spelled = self.attributes.operand if operator == "and" else self.attributes.text
         text = f" {operator} ".join(map(spelled, parts))
         reads = frozenset[str]().union(*(code.reads for code in read))

@@ -8,48 +8,9 @@ from typing import Any
 
 from robosc.emit.controller import python_literals
 from robosc.emit.controller.naming import field_attribute
-from robosc.expr.traversal import (
-    all_names,
-    fold,
-    may_be_undefined,
-    parameters_of,
-    path_text,
-    walk,
-    with_operands,
-)
-from robosc.expr.tree import (
-    Binary,
-    Count,
-    ElementRef,
-    Expr,
-    Leaf,
-    Literal,
-    NamedPart,
-    ParameterRef,
-    Part,
-    PhaseRef,
-    ReasonRef,
-    StateRef,
-    TestRef,
-    Unary,
-    ValueRef,
-    VariableRef,
-    condition_of,
-)
-from robosc.expr.types import (
-    ArrayType,
-    BooleanType,
-    EnumType,
-    IntegerType,
-    ObjectType,
-    StringType,
-    Type,
-)
+from robosc.expr import traversal, tree, types
 from robosc.model.entities import Robot
-from robosc.plant.counting import with_counts
-from robosc.plant.logic import conjunction, disjunction, exact, negation
-from robosc.plant.places import written_out
-from robosc.plant.python_text import element_name, to_python
+from robosc.plant import counting, logic, places, python_text
 from robosc.runtime.values import NOW
 
 Path = tuple[str | int, ...]
@@ -99,57 +60,60 @@ class Attributes:
     locations: Mapping[str, str]
     variables: Mapping[str, str]
     phases: Mapping[tuple[str, str], str]
-    enums: Mapping[EnumType, str]
+    enums: Mapping[types.EnumType, str]
     entries: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
     parts: Mapping[str, str] = field(default_factory=dict)
     lasting: Mapping[str, str] = field(default_factory=dict)
     """The methods for what lasting conditions are about, by their names."""
 
-    def text(self, expr: Expr) -> str:
+    def text(self, expr: tree.Expr) -> str:
         """An expression over the controller's state and an event's ``value``.
 
         The value of a basic type or enum is a plain one, that of an object a dict by path. What did
         not come is None there.
         """
 
-        def leaf(node: Leaf) -> str:
+        def leaf(node: tree.Leaf) -> str:
             return _in_controller(node, self)
 
-        def convert(enum: EnumType, text: str) -> str:
+        def convert(enum: types.EnumType, text: str) -> str:
             return converted(enum, text, self)
 
-        def part(node: Part, whole: str) -> str:
+        def part(node: tree.Part, whole: str) -> str:
             return converted(node.carried, defined_access(whole, node.path), self)
 
-        spread = _spread(written_out(exact(with_counts(expr, self.robot, chains=False))))
-        return to_python(spread, leaf, _constant, convert, part)
+        spread = _spread(
+            places.written_out(logic.exact(counting.with_counts(expr, self.robot, chains=False)))
+        )
+        return python_text.to_python(spread, leaf, _constant, convert, part)
 
-    def operand(self, expr: Expr) -> str:
+    def operand(self, expr: tree.Expr) -> str:
         """The text of a condition as an operand of ``and``."""
         return operand(expr, self.text(expr))
 
-    def code(self, expr: Expr) -> PythonCode:
+    def code(self, expr: tree.Expr) -> PythonCode:
         """An expression without named parts, and what evaluating it reads and raises."""
-        read = exact(expr)
+        read = logic.exact(expr)
         return PythonCode(
             self.text(expr),
             frozenset(self._read_by(read)),
             any(
-                isinstance(part, ElementRef | Part) and _ranged(part.carried) for part in walk(read)
+                isinstance(part, tree.ElementRef | tree.Part) and _ranged(part.carried)
+                for part in traversal.walk(read)
             ),
         )
 
-    def _read_by(self, expr: Expr) -> Iterator[str]:
-        for parameter in parameters_of(expr):
+    def _read_by(self, expr: tree.Expr) -> Iterator[str]:
+        for parameter in traversal.parameters_of(expr):
             yield self.parameters[parameter.key]
-        for part in walk(expr):
+        for part in traversal.walk(expr):
             match part:
-                case StateRef(component=component):
+                case tree.StateRef(component=component):
                     yield self.locations[component]
-                case VariableRef(key=key):
+                case tree.VariableRef(key=key):
                     yield self.variables[key]
-                case PhaseRef(communication=key, places=phases):
+                case tree.PhaseRef(communication=key, places=phases):
                     yield from (self.phases[key, phase] for phase in phases)
 
 
@@ -158,8 +122,8 @@ def read_by(codes: Iterable[PythonCode], more: Iterable[str] = ()) -> tuple[str,
     return tuple(sorted(joined("and", codes).reads.union(more)))
 
 
-def _ranged(type_: Type) -> bool:
-    return isinstance(type_, IntegerType) and type_.bounds is not None
+def _ranged(type_: types.Type) -> bool:
+    return isinstance(type_, types.IntegerType) and type_.bounds is not None
 
 
 def literal(value: Any) -> str:
@@ -173,7 +137,7 @@ def literal(value: Any) -> str:
     return python_literals.literal(value)
 
 
-def _constant(node: Literal) -> str:
+def _constant(node: tree.Literal) -> str:
     """A constant in an expression; the fields of objects are read there."""
     return readable(node.value)
 
@@ -188,85 +152,91 @@ def readable(value: Any) -> str:
     return literal(value)
 
 
-def _in_controller(node: Leaf, attributes: Attributes) -> str:
+def _in_controller(node: tree.Leaf, attributes: Attributes) -> str:
     match node:
-        case VariableRef(component=component, variable=name):
+        case tree.VariableRef(component=component, variable=name):
             if name == _LOCATION:
                 return f"self.{attributes.locations[component]}"
             text = f"self.{attributes.variables[f'{component}.{name}']}"
-            return f"given({text})" if isinstance(node.type, ArrayType | ObjectType) else text
-        case StateRef() | TestRef():
+            return (
+                f"given({text})"
+                if isinstance(node.type, types.ArrayType | types.ObjectType)
+                else text
+            )
+        case tree.StateRef() | tree.TestRef():
             raise AssertionError("states and tests are spread before")
-        case PhaseRef(communication=key, phase=phase):
+        case tree.PhaseRef(communication=key, phase=phase):
             return f"self.{attributes.phases[key, phase]}"
-        case ParameterRef(parameter=parameter):
+        case tree.ParameterRef(parameter=parameter):
             return f"self.{attributes.parameters[parameter.key]}"
-        case Count(conditions=conditions, least=least, negated=negated):
+        case tree.Count(conditions=conditions, least=least, negated=negated):
             texts = ", ".join(map(attributes.text, conditions))
             return f"sum(({texts})) {'<' if negated else '>='} {least}"
-        case NamedPart(variable=name):
+        case tree.NamedPart(variable=name):
             return f"self.{attributes.parts[name]}()"
-        case ReasonRef():
+        case tree.ReasonRef():
             return "self.reason"
-        case ValueRef(path=(), type=type_, optional=optional):
-            whole = 'value[""]' if isinstance(type_, ObjectType) else "value"
+        case tree.ValueRef(path=(), type=type_, optional=optional):
+            whole = 'value[""]' if isinstance(type_, types.ObjectType) else "value"
             return f"given({whole})" if optional else whole
-        case ElementRef(variable=name, path=path):
-            return converted(node.carried, access(element_name(name), path), attributes)
-        case ValueRef(path=path, optional=optional):
-            part = f"value[{literal(path_text(path))}]"
-            return part if all_names(path) and not optional else f"given({part})"
+        case tree.ElementRef(variable=name, path=path):
+            return converted(node.carried, access(python_text.element_name(name), path), attributes)
+        case tree.ValueRef(path=path, optional=optional):
+            part = f"value[{literal(traversal.path_text(path))}]"
+            return part if traversal.all_names(path) and not optional else f"given({part})"
 
 
-def _spread(expr: Expr) -> Expr:
+def _spread(expr: tree.Expr) -> tree.Expr:
     """State tests as comparisons of the component's state, which need fewer parentheses."""
 
-    def leaf(node: Literal | Leaf) -> Expr:
-        if isinstance(node, Count) and node.least in (1, len(node.conditions)):
-            chain = disjunction if node.least == 1 else conjunction
+    def leaf(node: tree.Literal | tree.Leaf) -> tree.Expr:
+        if isinstance(node, tree.Count) and node.least in (1, len(node.conditions)):
+            chain = logic.disjunction if node.least == 1 else logic.conjunction
             whole = chain(node.conditions)
-            return _spread(negation(whole) if node.negated else whole)
-        return _state_test("=", node) if isinstance(node, StateRef) else node
+            return _spread(logic.negation(whole) if node.negated else whole)
+        return _state_test("=", node) if isinstance(node, tree.StateRef) else node
 
-    def negated(node: Expr) -> Expr | None:
+    def negated(node: tree.Expr) -> tree.Expr | None:
         match node:
-            case Unary(operator="!", operand=StateRef() as state):
+            case tree.Unary(operator="!", operand=tree.StateRef() as state):
                 return _state_test("!=", state)
-            case Unary(operator="!", operand=Binary(operator="=" | "!=") as same):
-                return _spread(negation(same))
-            case Binary(operator="=>", left=Binary(operator="=" | "!=") as same, right=right):
-                return _spread(Binary("or", negation(same), right, BooleanType()))
+            case tree.Unary(operator="!", operand=tree.Binary(operator="=" | "!=") as same):
+                return _spread(logic.negation(same))
+            case tree.Binary(
+                operator="=>", left=tree.Binary(operator="=" | "!=") as same, right=right
+            ):
+                return _spread(tree.Binary("or", logic.negation(same), right, types.BooleanType()))
         return None
 
-    return fold(expr, leaf, with_operands, known=negated)
+    return traversal.fold(expr, leaf, traversal.with_operands, known=negated)
 
 
-def _state_test(operator: str, state: StateRef) -> Binary:
-    text = StringType()
-    location = VariableRef(state.component, _LOCATION, text)
-    return Binary(operator, location, Literal(state.state, text), BooleanType())
+def _state_test(operator: str, state: tree.StateRef) -> tree.Binary:
+    text = types.StringType()
+    location = tree.VariableRef(state.component, _LOCATION, text)
+    return tree.Binary(operator, location, tree.Literal(state.state, text), types.BooleanType())
 
 
-def in_enum_rule(expr: Expr, attributes: Attributes) -> str:
+def in_enum_rule(expr: tree.Expr, attributes: Attributes) -> str:
     """An expression over the raw ``value`` that an enum converts, in the enum's function."""
 
-    def leaf(node: Leaf) -> str:
+    def leaf(node: tree.Leaf) -> str:
         match node:
-            case ValueRef(path=path):
+            case tree.ValueRef(path=path):
                 return convert(node.type, access("value", path))
-            case ElementRef(variable=name, path=path):
-                return convert(node.carried, access(element_name(name), path))
-            case ParameterRef(parameter=parameter):
+            case tree.ElementRef(variable=name, path=path):
+                return convert(node.carried, access(python_text.element_name(name), path))
+            case tree.ParameterRef(parameter=parameter):
                 return attributes.parameters[parameter.key]
         raise TypeError(f"{node} in the rule of an enum")
 
-    def convert(type_: Type, text: str) -> str:
+    def convert(type_: types.Type, text: str) -> str:
         return converted(type_, text, attributes, in_rule=True)
 
-    def part(node: Part, whole: str) -> str:
+    def part(node: tree.Part, whole: str) -> str:
         return convert(node.carried, defined_access(whole, node.path))
 
-    return to_python(expr, leaf, _constant, convert, part)
+    return python_text.to_python(expr, leaf, _constant, convert, part)
 
 
 def access(root: str, path: Path) -> str:
@@ -287,51 +257,53 @@ def defined_access(root: str, path: Path) -> str:
     return text
 
 
-def converted(type_: Type, text: str, attributes: Attributes, *, in_rule: bool = False) -> str:
+def converted(
+    type_: types.Type, text: str, attributes: Attributes, *, in_rule: bool = False
+) -> str:
     """What came in as a value of the language: enums applied, ranges checked.
 
     The function of an enum gets all that it needs as arguments; ``in_rule`` says that it is called
     in another one.
     """
     match type_:
-        case EnumType():
+        case types.EnumType():
             here = "" if in_rule else "self."
             counter = "undefined" if in_rule else "self.count_undefined"
             arguments = [text, *([counter] if converter_counts(type_) else [])]
             arguments += [here + attributes.parameters[key] for key in converter_parameters(type_)]
             return f"{attributes.enums[type_]}({', '.join(arguments)})"
-        case IntegerType(bounds=(low, high)):
+        case types.IntegerType(bounds=(low, high)):
             return f'in_range({text}, {low}, {high}, "the value")'
     return text
 
 
-def converter_counts(enum: EnumType) -> bool:
+def converter_counts(enum: types.EnumType) -> bool:
     """Whether a rule of the enum can be undefined, so that its function takes a counter."""
     for rule in enum.rules:
-        if may_be_undefined(condition_of(rule)):
+        if traversal.may_be_undefined(tree.condition_of(rule)):
             return True
-        for part in walk(condition_of(rule)):
-            reads = isinstance(part, ValueRef | ElementRef | Part)
-            if reads and isinstance(part.type, EnumType) and converter_counts(part.type):
+        for part in traversal.walk(tree.condition_of(rule)):
+            reads = isinstance(part, tree.ValueRef | tree.ElementRef | tree.Part)
+            if reads and isinstance(part.type, types.EnumType) and converter_counts(part.type):
                 return True
     return False
 
 
-def converter_parameters(enum: EnumType) -> tuple[str, ...]:
+def converter_parameters(enum: types.EnumType) -> tuple[str, ...]:
     """The parameters, by key, that the rules of an enum read, those of enums in them included."""
-    found = (p.key for rule in enum.rules for p in parameters_of(condition_of(rule)))
+    found = (p.key for rule in enum.rules for p in traversal.parameters_of(tree.condition_of(rule)))
     return tuple(dict.fromkeys(found))
 
 
-def operand(expr: Expr, text: str) -> str:
+def operand(expr: tree.Expr, text: str) -> str:
     """The text of a condition as an operand of ``and``."""
-    weak = isinstance(expr, Binary) and expr.operator in ("or", "=>")
+    weak = isinstance(expr, tree.Binary) and expr.operator in ("or", "=>")
     return f"({text})" if weak else text
 
 
-def duration(expr: Expr) -> float | str:
+def duration(expr: tree.Expr) -> float | str:
     """A duration in seconds, or the name of the parameter that says it."""
-    if isinstance(expr, ParameterRef):
+    if isinstance(expr, tree.ParameterRef):
         return expr.parameter.name
-    assert isinstance(expr, Literal)
+    assert isinstance(expr, tree.Literal)
     return float(expr.value)

@@ -15,17 +15,12 @@ from robosc.emit.controller.naming import PythonNames, place
 from robosc.emit.controller.python import Attributes, PythonCode, joined, literal, operand
 from robosc.emit.controller.template_data import PartnerView, ReactionView
 from robosc.emit.write.line_breaks import unparenthesised
-from robosc.expr.traversal import may_be_undefined, within
-from robosc.expr.tree import Binary, Expr, Leaf, Literal
-from robosc.expr.types import DoubleType, IntegerType
+from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind
-from robosc.model.automata import Variable
-from robosc.model.stages import told_stages
-from robosc.plant.acceptance import acceptance_of, components_of, phase_of, resets_of
+from robosc.model import automata, stages
+from robosc.plant import acceptance, logic, python_text
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
-from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl
-from robosc.plant.python_text import may_be_huge
 
 _IMPOSSIBLE = {EventKind.TIMEOUT: "silent", EventKind.CANCELLED: "not being cancelled"}
 """What a communication is where an event of it is not possible, if it is not just idle."""
@@ -77,7 +72,7 @@ class Reactions:
     def reaction(self, event: Event, tested: bool = False) -> ReactionView:
         """What an event does; ``tested``: its one edge is known to be enabled."""
         parts = []
-        for automaton in components_of(event):
+        for automaton in acceptance.components_of(event):
             groups = alike(automaton.edges)
             branches = tuple(self._branch(event, automaton, edges) for edges in groups)
             if tested:
@@ -88,7 +83,7 @@ class Reactions:
         body = [*self._assumed(event), *_body(parts)]
         if event.kind is EventKind.CALL:
             body = [*self._accepted(event), *body]
-        phase = phase_of(event)
+        phase = acceptance.phase_of(event)
         if phase is not None:
             during, _ = self.phases(event)
             if during:
@@ -109,7 +104,7 @@ class Reactions:
         before: list[str] = []
         after: list[str] = []
         written = dict.fromkeys(changed)
-        for number, automaton in enumerate(resets_of(event), 1):
+        for number, automaton in enumerate(acceptance.resets_of(event), 1):
             name = literal(automaton.component)
             before.append(f"before_{number} = self.lasting({name})")
             after.append(f"self.follow({name}, before_{number})")
@@ -131,7 +126,7 @@ class Reactions:
         taken = " or ".join(f"self.{flag}" for flag in self._flags(event).values())
         yield f"if {taken}:"
         yield f'    raise Mismatch("{event.name} is busy: it serves one call at a time")'
-        accepts = acceptance_of(event)
+        accepts = acceptance.acceptance_of(event)
         assert accepts is not None
         if not accepts.edges:
             yield f'raise Mismatch("no component takes {event.name}")'
@@ -140,7 +135,7 @@ class Reactions:
         if guard is None:
             return
         condition = self.attributes.text(guard)
-        listeners = [automaton.component for automaton in components_of(event)]
+        listeners = [automaton.component for automaton in acceptance.components_of(event)]
         states = " + ".join(
             f'"{" and " if n else ""}{name} is in " + {self._told(name)}'
             for n, name in enumerate(listeners)
@@ -153,13 +148,13 @@ class Reactions:
         """The code for the state of a component under the name that the model gives it."""
         location = f"self.{self.attributes.locations[component]}"
         prefix = f"{component}."
-        has_stages = any(stage.startswith(prefix) for stage in told_stages(self.plant.robot))
+        has_stages = any(stage.startswith(prefix) for stage in stages.told_stages(self.plant.robot))
         return f'{location}.partition(" ")[0]' if has_stages else location
 
     def phases(self, event: Event) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The attributes of the phases in which an event is possible; where it is possible in the
         first one, too, which has none, those of the phases in which it is not."""
-        phase = phase_of(event)
+        phase = acceptance.phase_of(event)
         if phase is None:
             return (), ()
         sources, flags = phase.sources, self._flags(event)
@@ -178,7 +173,7 @@ class Reactions:
 
     def effects(self, event: Event, edges: list[Edge]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The statements of an event's one transition, where it is taken, and what they write."""
-        (automaton,) = components_of(event)
+        (automaton,) = acceptance.components_of(event)
         branch = replace(self._branch(event, automaton, edges), condition=PythonCode(""))
         _, *lines = _body([_LocalReaction(automaton.component, (branch,))])
         return self._with_resets(event, lines, tuple(e.attribute for e in branch.effects))
@@ -208,7 +203,7 @@ class Reactions:
         if guard is not None:
             code = self.attributes.code(guard)
             text = operand(guard, code.text)
-            if may_be_undefined(exact(guard)):
+            if traversal.may_be_undefined(logic.exact(guard)):
                 text = f"self.holds(lambda: {code.text}, {literal(place(edges[0].span))})"
             parts.append(replace(code, text=text))
         return joined("and", parts)
@@ -230,15 +225,15 @@ class Reactions:
             test = f"in ({', '.join(literal(s) for s in states)})"
         return PythonCode(f"self.{attribute} {test}", frozenset([attribute]))
 
-    def _effect(self, event: Event, variable: Variable, expr: Expr) -> _Effect:
+    def _effect(self, event: Event, variable: automata.Variable, expr: tree.Expr) -> _Effect:
         attribute = self.attributes.variables[variable.key]
         code = self.attributes.code(expr)
         text, reads, mismatches = code.text, code.reads, code.mismatches
-        if isinstance(variable.type, DoubleType) and isinstance(expr.type, IntegerType):
-            text = f"{'widen' if may_be_huge(expr) else 'float'}({text})"
+        if isinstance(variable.type, types.DoubleType) and isinstance(expr.type, types.IntegerType):
+            text = f"{'widen' if python_text.may_be_huge(expr) else 'float'}({text})"
         where = literal(place(expr.span)) if expr.span is not None else '""'
-        if not within(expr, variable.type):
-            assert isinstance(variable.type, IntegerType)
+        if not traversal.within(expr, variable.type):
+            assert isinstance(variable.type, types.IntegerType)
             assert variable.type.bounds is not None
             low, high = variable.type.bounds
             if not variable.in_state:
@@ -247,15 +242,15 @@ class Reactions:
             elif not event.controllable:
                 text = f"in_range({text}, {low}, {high}, {literal(variable.key)})"
                 mismatches = True
-        if may_be_undefined(exact(expr)):
+        if traversal.may_be_undefined(logic.exact(expr)):
             text = f"self.assigned(lambda: {text}, self.{attribute}, {where})"
             reads |= {attribute}
         value = PythonCode(text, reads, mismatches)
         return _Effect(attribute, value, self._change(attribute, expr, text))
 
-    def _change(self, attribute: str, expr: Expr, text: str) -> str:
+    def _change(self, attribute: str, expr: tree.Expr, text: str) -> str:
         """What is added to an attribute, or subtracted, by an expression with this text."""
-        if isinstance(expr, Binary) and isinstance(expr.right, Literal | Leaf):
+        if isinstance(expr, tree.Binary) and isinstance(expr.right, tree.Literal | tree.Leaf):
             change = f"{expr.operator} {self.attributes.text(expr.right)}"
             if expr.operator in ("+", "-") and text == f"self.{attribute} {change}":
                 return change.replace(" ", "= ", 1)
@@ -318,8 +313,8 @@ class Reactions:
         """The conditions under which what an edge assigns stays in its ranges."""
         for index, expr in edge.updates:
             variable = self.variables.get(self.plant.variables[index].name)
-            if variable is not None and not within(expr, variable.type):
-                assert isinstance(variable.type, IntegerType)
+            if variable is not None and not traversal.within(expr, variable.type):
+                assert isinstance(variable.type, types.IntegerType)
                 assert variable.type.bounds is not None
                 low, high = variable.type.bounds
                 code = self.attributes.code(expr)

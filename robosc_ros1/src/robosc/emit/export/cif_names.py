@@ -12,11 +12,9 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from robosc.errors import UsageError
+from robosc import errors, names
+from robosc.expr import tree, types
 from robosc.expr.traversal import walk
-from robosc.expr.tree import Leaf, PhaseRef, StateRef, TestRef, VariableRef
-from robosc.expr.types import EnumType, IntegerType, Value
-from robosc.names import without_index
 from robosc.plant.automaton import EventParameter, Plant, StateVariable, VariableKind
 
 _RESERVED = (
@@ -56,7 +54,7 @@ class CifVariable:
     literals: tuple[str, ...] = ()
     offset: int = 0
 
-    def text(self, value: Value) -> str:
+    def text(self, value: types.Value) -> str:
         """A value of the plant as CIF keeps it."""
         if self.literals:
             return self.literals[self.state.values.index(value)]
@@ -81,7 +79,7 @@ class CifScope:
         self._taken: set[str] = set()
         self._inner: dict[str, set[str]] = {}
         self._locals: dict[tuple[str, str], str] = {}
-        self._enums_of_model: dict[EnumType, str] = {}
+        self._enums_of_model: dict[types.EnumType, str] = {}
         robot = plant.robot
         self._automata = {c.name: self.fresh(c.name) for c in robot.components}
         self._phases = {
@@ -114,7 +112,7 @@ class CifScope:
     def phase(self, communication: str) -> str:
         return self._phases[communication]
 
-    def location(self, component: str, state: Value) -> str:
+    def location(self, component: str, state: types.Value) -> str:
         return self._local(
             component, f"location {state}", str(state).replace(".", "_").replace(" ", "_")
         )
@@ -123,26 +121,26 @@ class CifScope:
         """The name of a variable in its automaton."""
         return self._local(variable.component, variable.state.name, variable.wanted)
 
-    def variable(self, leaf: Leaf) -> CifVariable:
+    def variable(self, leaf: tree.Leaf) -> CifVariable:
         match leaf:
-            case TestRef(name=name):
+            case tree.TestRef(name=name):
                 key = VariableKind.TEST, name
-            case VariableRef(component=component, variable=name):
+            case tree.VariableRef(component=component, variable=name):
                 key = VariableKind.DATA, f"{component}.{name}"
             case _:
                 raise TypeError(leaf)
         return self.variables[self.plant.variable_index[key]]
 
-    def reference(self, leaf: Leaf) -> str:
+    def reference(self, leaf: tree.Leaf) -> str:
         match leaf:
-            case StateRef(component=component, state=state):
+            case tree.StateRef(component=component, state=state):
                 return f"{self.automaton(component)}.{self.location(component, state)}"
-            case PhaseRef(communication=key, phase=phase):
+            case tree.PhaseRef(communication=key, phase=phase):
                 return f"{self.phase(key)}.{phase}"
         variable = self.variable(leaf)
         return f"{self.automaton(variable.component)}.{self.own_name(variable)}"
 
-    def literal(self, value: Value, enum: EnumType) -> str | None:
+    def literal(self, value: types.Value, enum: types.EnumType) -> str | None:
         """A value of an enum of the model; None if no variable has that type."""
         name = self._enums_of_model.get(enum)
         return None if name is None else self.enums[name][enum.values.index(str(value))]
@@ -164,22 +162,22 @@ class CifScope:
             self.notes[enum] = _note(words, variable)
             return CifVariable(*own, enum, self.enums[enum])
         match type_:
-            case EnumType(name=name, values=values):
+            case types.EnumType(name=name, values=values):
                 if type_ not in self._enums_of_model:
                     self._enums_of_model[type_] = self._enumeration(name, values)
                 enum = self._enums_of_model[type_]
                 return CifVariable(*own, enum, self.enums[enum])
-            case IntegerType(bounds=(low, high)):
+            case types.IntegerType(bounds=(low, high)):
                 shift = max(0, -low)
                 return CifVariable(*own, f"int[{low + shift}..{high + shift}]", offset=shift)
         return CifVariable(*own, "bool")
 
-    def _owner(self, test: TestRef) -> str:
+    def _owner(self, test: tree.TestRef) -> str:
         """The component whose data a test reads, or that of parameters if it reads only these."""
         parts = [*walk(test.subject), *(() if test.other is None else walk(test.other))]
-        found = {part.component for part in parts if isinstance(part, VariableRef)}
+        found = {part.component for part in parts if isinstance(part, tree.VariableRef)}
         if len(found) > 1:
-            raise UsageError(
+            raise errors.UsageError(
                 f"CIF has no numbers without bounds, and '{test.name}' compares data of several"
                 " components: convert the received value by an enum, or export as JSON"
             )
@@ -207,7 +205,7 @@ class CifScope:
 
 
 def _unused(wanted: str, taken: set[str], others: Collection[str]) -> str:
-    name = without_index(wanted)
+    name = names.without_index(wanted)
     while name in taken or name in others:
         name += "_"
     taken.add(name)
@@ -242,7 +240,7 @@ def _identifier(text: str) -> str:
     return re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")
 
 
-def _value_name(value: Value | None) -> str:
+def _value_name(value: types.Value | None) -> str:
     match value:
         case None:
             return "missing"

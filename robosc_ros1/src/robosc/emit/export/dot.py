@@ -15,16 +15,14 @@ from robosc.emit.export.pictured_transitions import as_written, pictured
 from robosc.errors import UsageError, counted
 from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Component, Robot
-from robosc.plant.automaton import Plant, PlantState, VariableKind
+from robosc.plant import automaton
 from robosc.runtime.places import place_of, stage_of
-from robosc.synthesis.explore import Graph
-from robosc.synthesis.formatting import step_text
-from robosc.synthesis.listing import listed
+from robosc.synthesis import explore, formatting, listing
 
 _EVERY_STATE = "in every state"
 
 
-def dot_text(robot: Robot, controlled: Graph | None = None) -> str:
+def dot_text(robot: Robot, controlled: explore.Graph | None = None) -> str:
     """One graph with a cluster per automaton, and one for the controlled states if given."""
     lines = [
         f"digraph {_quoted(robot.name)} {{",
@@ -170,29 +168,29 @@ def _label(robot: Robot, transition: Transition) -> Iterator[str]:
 # --- the controlled system -----------------------------------------------------------------------
 
 
-def _states(graph: Graph) -> Iterator[str]:
+def _states(graph: explore.Graph) -> Iterator[str]:
     plant = graph.plant
     for number, state in enumerate(graph.states):
         label = "\n".join(_state_lines(plant, state)) or "the only state"
         yield _node(f"state {number}", label, plant.is_marked(state))
     yield from _start("state 0")
     arrows = []
-    for one in listed(graph):
+    for one in listing.listed(graph):
         ends = f"state {one.source}", f"state {one.target}"
-        arrows.append(_Arrow(*ends, step_text(one.step), one.step.event.controllable))
+        arrows.append(_Arrow(*ends, formatting.step_text(one.step), one.step.event.controllable))
     yield from _arrows(arrows)
 
 
-def _state_lines(plant: Plant, state: PlantState) -> Iterator[str]:
+def _state_lines(plant: automaton.Plant, state: automaton.PlantState) -> Iterator[str]:
     for variable, index in zip(plant.variables, state, strict=True):
         value = variable.values[index]
         if variable.labels is not None:
             yield variable.labels[index]
-        elif variable.kind is VariableKind.LOCATION:
+        elif variable.kind is automaton.VariableKind.LOCATION:
             yield f"{variable.name}.{place_of(str(value))}"
             if stage_of(str(value)):
                 yield f"{variable.name}.{value}"
-        elif variable.kind in (VariableKind.DATA, VariableKind.TEST):
+        elif variable.kind in (automaton.VariableKind.DATA, automaton.VariableKind.TEST):
             yield f"{variable.name} = {_value(value)}"
         elif index:
             yield f"{plant.robot.display_names[variable.name]} {value}"

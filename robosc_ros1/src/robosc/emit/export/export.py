@@ -6,11 +6,8 @@ import json
 from math import prod
 from typing import Literal, TypeAlias
 
-from robosc import limits
-from robosc.emit.export.cif import cif_plant, cif_supervised
-from robosc.emit.export.dot import dot_text, svg_text
-from robosc.emit.export.json_export import export_document
-from robosc.errors import EmptySupervisorError, StateSpaceError
+from robosc import errors, limits
+from robosc.emit.export import cif, dot, json_export
 from robosc.plant.automaton import Plant
 from robosc.supervisor import Supervisor
 from robosc.synthesis import Graph, explore, synthesize
@@ -30,20 +27,20 @@ def exported(plant: Plant, format_: Format, with_supervisor: bool = False) -> st
         case "cif" if with_supervisor:
             supervisor = synthesize(plant)
             if supervisor.empty:
-                raise EmptySupervisorError("the supervisor is empty; leave out --supervisor")
-            return cif_supervised(supervisor)
+                raise errors.EmptySupervisorError("the supervisor is empty; leave out --supervisor")
+            return cif.cif_supervised(supervisor)
         case "cif":
-            return cif_plant(plant)
+            return cif.cif_plant(plant)
         case "json":
-            document = export_document(synthesize(plant))
+            document = json_export.export_document(synthesize(plant))
             return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
-    picture = dot_text(plant.robot, _drawn(plant))
-    return picture if format_ == "dot" else svg_text(picture)
+    picture = dot.dot_text(plant.robot, _drawn(plant))
+    return picture if format_ == "dot" else dot.svg_text(picture)
 
 
 def picture(supervisor: Supervisor) -> str:
     """The picture of a robot and its controlled states in DOT."""
-    return dot_text(supervisor.plant.robot, _controlled(supervisor))
+    return dot.dot_text(supervisor.plant.robot, _controlled(supervisor))
 
 
 def _drawn(plant: Plant) -> Graph | None:
@@ -60,5 +57,5 @@ def _controlled(supervisor: Supervisor) -> Graph | None:
         return None
     try:
         return explore(supervisor, limits.DRAWN_STATES)
-    except StateSpaceError:
+    except errors.StateSpaceError:
         return None

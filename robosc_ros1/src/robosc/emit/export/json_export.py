@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from robosc.expr.traversal import path_text
-from robosc.expr.tree import Expr
+from robosc.expr import traversal, tree
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable, VariableKind
 from robosc.plant.model_text import to_dsl
 from robosc.supervisor import Supervisor
@@ -74,7 +73,7 @@ def _event(event: Event, plant: Plant) -> dict[str, Any]:
         "index": event.index,
         "controllable": event.controllable,
         "parameters": [
-            {"path": path_text(p.path), "values": [p.shown(value) for value in p.values]}
+            {"path": traversal.path_text(p.path), "values": [p.shown(value) for value in p.values]}
             for p in event.parameters
         ],
         "phase": phase,
@@ -107,5 +106,5 @@ def _updates(edge: Edge, plant: Plant) -> Iterator[dict[str, Any]]:
         yield {"variable": plant.variables[variable].name, "value": to_dsl(expr, plant.robot)}
 
 
-def _text(expr: Expr | None, plant: Plant) -> str | None:
+def _text(expr: tree.Expr | None, plant: Plant) -> str | None:
     return None if expr is None else to_dsl(expr, plant.robot)

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from robosc.expr.traversal import operands
-from robosc.expr.tree import Expr, PhaseRef, Unary
+from robosc.expr import traversal, tree
 from robosc.language.events import EventKind
-from robosc.model.automata import Behaviour, Transition
-from robosc.model.entities import Robot
-from robosc.plant.logic import conjunction
-from robosc.plant.model_text import to_dsl
+from robosc.model import automata, entities
+from robosc.plant import logic, model_text
 from robosc.runtime.places import DUE, place_of
 from robosc.source import Span
 
 
-def pictured(behaviour: Behaviour) -> Iterator[tuple[str | None, Transition]]:
+def pictured(behaviour: automata.Behaviour) -> Iterator[tuple[str | None, automata.Transition]]:
     """Yield transitions with the state that they leave (None: every state), as the model names
     states.
 
@@ -38,26 +35,26 @@ def pictured(behaviour: Behaviour) -> Iterator[tuple[str | None, Transition]]:
         yield source, replace(transition, goto=target, guard=guard, assignments=assigned)
 
 
-def _told(guard: Expr, span: Span) -> Expr | None:
+def _told(guard: tree.Expr, span: Span) -> tree.Expr | None:
     """A guard of a state that performs a command, without a text: what the performing asks for is
     not in it. ``span`` is that of the transition: a ``retry`` is about goals that nobody cancelled,
     which is left out.
     """
-    parts = operands(guard, "and")
+    parts = traversal.operands(guard, "and")
     told = [part for part in parts if not (_is_of_cancelling(part) and part.span == span)]
-    return replace(conjunction(told), span=None) if told else None
+    return replace(logic.conjunction(told), span=None) if told else None
 
 
-def _is_of_cancelling(part: Expr) -> bool:
-    asked = part.operand if isinstance(part, Unary) else None
-    return isinstance(asked, PhaseRef) and asked.phase == "cancelling"
+def _is_of_cancelling(part: tree.Expr) -> bool:
+    asked = part.operand if isinstance(part, tree.Unary) else None
+    return isinstance(asked, tree.PhaseRef) and asked.phase == "cancelling"
 
 
 _BETWEEN_STAGES = (EventKind.ERROR, EventKind.CANCELLED, EventKind.AFTER)
 
 
-def as_written(expr: Expr, robot: Robot) -> str:
+def as_written(expr: tree.Expr, robot: entities.Robot) -> str:
     """Return an expression as it was written, white space folded."""
     if expr.span is not None:
         return " ".join(expr.span.text.split())
-    return to_dsl(expr, robot)
+    return model_text.to_dsl(expr, robot)

@@ -16,24 +16,11 @@ from typing import Any
 
 from robosc.emit.controller.python import duration
 from robosc.errors import UsageError
-from robosc.expr.tree import Literal, ParameterRef
-from robosc.expr.types import (
-    ArrayType,
-    BooleanType,
-    DurationType,
-    EnumType,
-    IntegerType,
-    ObjectType,
-    StringType,
-    Type,
-)
+from robosc.expr import tree, types
 from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.parameters import KEEPING
 from robosc.model.entities import Communication, Robot
-from robosc.runtime import qos, settings
-from robosc.runtime.model import ONCE, Parameter
-from robosc.runtime.model import Communication as Declared
-from robosc.runtime.shapes import gathered
+from robosc.runtime import model, qos, settings, shapes
 from robosc.runtime.shortening import excerpt
 
 EVENT_LOG = "~/.ros/log/{package}.jsonl"
@@ -89,7 +76,7 @@ class Config:
         more = [*playable_parameters(robot), *qos.qos_parameters(communications)]
         stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
         try:
-            own = gathered(more, {**stop, **self.parameters})
+            own = shapes.gathered(more, {**stop, **self.parameters})
             given = qos.shared(communications, own, shared_topics(robot))
             settings.read(communications, given, more, strict=True)
         except settings.ParameterError as error:
@@ -101,14 +88,14 @@ DEFAULTS = Config()
 """Without any file."""
 
 
-ATTRIBUTES = Declared._fields[Declared._fields.index("timeout") :]
+ATTRIBUTES = model.Communication._fields[model.Communication._fields.index("timeout") :]
 """What the runtime knows of a communication from its attributes, by the names in the model."""
 
 
-def declared_communications(robot: Robot) -> list[Declared]:
+def declared_communications(robot: Robot) -> list[model.Communication]:
     """The communications as the runtime knows them."""
     return [
-        Declared(c.key, robot.display_names[c.key], c.sort.name, **_attributes(c, robot))
+        model.Communication(c.key, robot.display_names[c.key], c.sort.name, **_attributes(c, robot))
         for c in robot.communications.values()
     ]
 
@@ -116,24 +103,26 @@ def declared_communications(robot: Robot) -> list[Declared]:
 def _attributes(communication: Communication, robot: Robot) -> dict[str, Any]:
     values = {name: getattr(communication, name) for name in ATTRIBUTES}
     repeated = (c.key for c in communication.commands if c.kind is not EventKind.ANSWER)
-    if values["rate"] == ONCE and not robot.performed.keys().isdisjoint(repeated):
+    if values["rate"] == model.ONCE and not robot.performed.keys().isdisjoint(repeated):
         del values["rate"]  # it is due whenever a state that performs it begins
     return {
-        n: duration(v) if isinstance(v, Literal | ParameterRef) else v for n, v in values.items()
+        n: duration(v) if isinstance(v, tree.Literal | tree.ParameterRef) else v
+        for n, v in values.items()
     }
 
 
 def declared_parameters(
     robot: Robot, attributes: Mapping[str, str] | None = None
-) -> list[Parameter]:
+) -> list[model.Parameter]:
     """The model's parameters as the runtime knows them.
 
     ``attributes`` are those of the generated controller, by the parameters' keys.
     """
     own = [
-        Parameter(
+        model.Parameter(
             p.name,
-            meaning=f"parameter {p.key} of the model" + _IN_SECONDS * (p.type == DurationType()),
+            meaning=f"parameter {p.key} of the model"
+            + _IN_SECONDS * (p.type == types.DurationType()),
             default=p.default,
             attribute="" if attributes is None else attributes[p.key],
             required=p.required,
@@ -144,7 +133,7 @@ def declared_parameters(
     return [*own, *(KEEPING if robot.persistent else ())]
 
 
-def playable_parameters(robot: Robot) -> list[Parameter]:
+def playable_parameters(robot: Robot) -> list[model.Parameter]:
     """The same, none of which must be given."""
     return [p._replace(required=False) for p in declared_parameters(robot)]
 
@@ -152,12 +141,12 @@ def playable_parameters(robot: Robot) -> list[Parameter]:
 _IN_SECONDS = ", in seconds"
 
 
-def _shape(type_: Type) -> Any:
+def _shape(type_: types.Type) -> Any:
     """What is in an array or object; see :mod:`robosc.runtime.shapes`."""
     match type_:
-        case ArrayType(element=element):
+        case types.ArrayType(element=element):
             return [_shape(element)]
-        case ObjectType(properties=properties):
+        case types.ObjectType(properties=properties):
             return {name: _shape(inner) for name, inner in properties}
     return _allowed(type_)["type"]
 
@@ -166,24 +155,24 @@ def _between(bounds: tuple[float, float] | None) -> dict[str, Any]:
     return {} if bounds is None else {"minimum": bounds[0], "maximum": bounds[1]}
 
 
-def _allowed(type_: Type) -> dict[str, Any]:
+def _allowed(type_: types.Type) -> dict[str, Any]:
     """What a parameter of a type may be given."""
     match type_:
-        case BooleanType():
+        case types.BooleanType():
             return {"type": "boolean"}
-        case IntegerType(bounds=(low, high)):
+        case types.IntegerType(bounds=(low, high)):
             return {"type": "integer", "minimum": low, "maximum": high}
-        case IntegerType():
+        case types.IntegerType():
             return {"type": "integer"}
-        case DurationType():
+        case types.DurationType():
             return {"type": "number", "minimum": settings.SHORTEST_DURATION}
-        case EnumType(values=values):
+        case types.EnumType(values=values):
             return {"type": "string", "choices": values}
-        case ArrayType():
+        case types.ArrayType():
             return {"type": "array", "shape": _shape(type_)}
-        case ObjectType():
+        case types.ObjectType():
             return {"type": "object", "shape": _shape(type_)}
-        case StringType():
+        case types.StringType():
             return {"type": "string"}
     return {"type": "number"}
 

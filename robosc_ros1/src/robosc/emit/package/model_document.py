@@ -15,17 +15,9 @@ from robosc.emit.controller.naming import place
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.export.pictured_transitions import as_written, pictured
 from robosc.emit.package.plot_lines import thresholds
-from robosc.expr.types import (
-    ArrayType,
-    BooleanType,
-    DoubleType,
-    EnumType,
-    IntegerType,
-    StringType,
-    Type,
-)
+from robosc.expr import types
 from robosc.language.events import EventKind
-from robosc.model.automata import Behaviour, State, Variable, is_in
+from robosc.model import automata
 from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant
 from robosc.plant.model_text import to_dsl
@@ -126,33 +118,33 @@ def _component(component: Component, plant: Plant) -> dict[str, Json]:
     }
 
 
-def _performed(state: State, robot: Robot) -> dict[str, Json]:
+def _performed(state: automata.State, robot: Robot) -> dict[str, Json]:
     """The command that a state performs, if it performs one."""
     performed = next((outer.performs for outer in state.around), None)
     return {} if performed is None else {"performs": robot.display_names[performed]}
 
 
-def _message(type_: Type) -> dict[str, Json]:
+def _message(type_: types.Type) -> dict[str, Json]:
     """The type of std_msgs that holds the values of a type, if there is one."""
     match type_:
-        case BooleanType():
+        case types.BooleanType():
             return {"message": "Bool"}
-        case IntegerType():
+        case types.IntegerType():
             return {"message": "Int64"}
-        case DoubleType():
+        case types.DoubleType():
             return {"message": "Float64"}
-        case StringType() | EnumType():
+        case types.StringType() | types.EnumType():
             return {"message": "String"}
-        case ArrayType(element=IntegerType() | DoubleType()):
+        case types.ArrayType(element=types.IntegerType() | types.DoubleType()):
             return {"message": "Float64MultiArray"}
     return {}
 
 
-def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:
+def _comparisons(variable: automata.Variable, plant: Plant) -> dict[str, Json]:
     """The numbers that decisions compare a variable with, and the classes that they make of it:
     how the comparisons come out (``1`` holds, ``0`` does not), to what users see of the class."""
     classes = plant.view.variables.get(variable.key)
-    if classes is None or not isinstance(variable.type, DoubleType | IntegerType):
+    if classes is None or not isinstance(variable.type, types.DoubleType | types.IntegerType):
         return {}
     if len(classes) > limits.SHOWN_CLASSES:
         return {}  # the page shows the number alone
@@ -168,7 +160,7 @@ def _comparisons(variable: Variable, plant: Plant) -> dict[str, Json]:
     return {"comparisons": [list(comparison) for comparison in finite], "classes": texts}
 
 
-def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Json]:
+def _transitions(behaviour: automata.Behaviour, component: str, robot: Robot) -> list[Json]:
     """All transitions; ``from`` None stands for every state, ``to`` None for staying.
 
     That of a state with states in it leaves each of those; ``box`` is its name.
@@ -176,7 +168,7 @@ def _transitions(behaviour: Behaviour, component: str, robot: Robot) -> list[Jso
     names = robot.display_names
     states = dict.fromkeys(place_of(state.name) for state in behaviour.states)
     inside = {
-        outer.name: [state for state in states if is_in(state, outer.name)]
+        outer.name: [state for state in states if automata.is_in(state, outer.name)]
         for outer in behaviour.composites
         if outer.performs is None
     }

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from robosc.expr.traversal import walk
-from robosc.expr.tree import Binary, Convert, Expr, Literal, ValueRef, VariableRef, condition_of
-from robosc.expr.types import EnumType, ObjectType, Type
+from robosc.expr import traversal, tree, types
 from robosc.model.automata import Behaviour
 from robosc.model.entities import Robot
 
@@ -48,25 +46,25 @@ def _in_behaviour(behaviour: Behaviour, robot: Robot) -> Iterator[tuple[str, flo
             yield from _compared(assignment.value, event)
 
 
-def _compared(expr: Expr | None, event: str) -> Iterator[tuple[str, float]]:
+def _compared(expr: tree.Expr | None, event: str) -> Iterator[tuple[str, float]]:
     """What an expression compares with numbers; ``value`` in it is what ``event`` brings."""
-    for node in walk(expr) if expr is not None else ():
+    for node in traversal.walk(expr) if expr is not None else ():
         match node:
-            case Binary(left=left, right=right) if node.operation.is_comparison:
+            case tree.Binary(left=left, right=right) if node.operation.is_comparison:
                 for one, other in ((left, right), (right, left)):
                     name = _name(one, event)
-                    if name and isinstance(other, Literal) and _is_number(other.value):
+                    if name and isinstance(other, tree.Literal) and _is_number(other.value):
                         yield name, float(other.value)
-            case Convert(argument=argument, type=enum) if name := _name(argument, event):
+            case tree.Convert(argument=argument, type=enum) if name := _name(argument, event):
                 yield from _rules(enum, name)
 
 
-def _name(expr: Expr, event: str) -> str:
+def _name(expr: tree.Expr, event: str) -> str:
     """What viewers call a number; empty if they have no plot of it."""
     match expr:
-        case VariableRef(component=component, variable=variable):
+        case tree.VariableRef(component=component, variable=variable):
             return f"{component}.{variable}"
-        case ValueRef(path=path) if all(isinstance(part, str) for part in path):
+        case tree.ValueRef(path=path) if all(isinstance(part, str) for part in path):
             return " ".join((event, *map(str, path)))
     return ""
 
@@ -75,17 +73,17 @@ def _is_number(value: object) -> bool:
     return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
 
 
-def _converted(type_: Type, name: str) -> Iterator[tuple[str, float]]:
+def _converted(type_: types.Type, name: str) -> Iterator[tuple[str, float]]:
     """What the rules of enums compare, wherever in a message they are."""
     match type_:
-        case EnumType():
+        case types.EnumType():
             yield from _rules(type_, name)
-        case ObjectType(properties=properties):
+        case types.ObjectType(properties=properties):
             for part, inner in properties:
                 yield from _converted(inner, f"{name} {part}")
 
 
-def _rules(enum: EnumType, name: str) -> Iterator[tuple[str, float]]:
+def _rules(enum: types.EnumType, name: str) -> Iterator[tuple[str, float]]:
     for rule in enum.rules:
-        yield from _compared(condition_of(rule), name)
+        yield from _compared(tree.condition_of(rule), name)
     yield from _converted(enum.source, name)

@@ -13,13 +13,10 @@ from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.export.pictured_transitions import pictured
 from robosc.emit.package.config import Config, declared_communications, declared_parameters
 from robosc.language.events import Kind
-from robosc.model.automata import Transition, is_in
-from robosc.model.entities import Communication, Robot
+from robosc.model import automata, entities
 from robosc.plant.model_text import to_dsl
-from robosc.runtime import settings
+from robosc.runtime import model, places, settings
 from robosc.runtime.launch_arguments import AT_LAUNCH, described, launch_arguments
-from robosc.runtime.model import Parameter
-from robosc.runtime.places import place_of
 from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import event_text
 
@@ -45,7 +42,7 @@ class ParameterView:
 
 
 def parameter_views(
-    robot: Robot, config: Config, more: Iterable[Parameter] = ()
+    robot: entities.Robot, config: Config, more: Iterable[model.Parameter] = ()
 ) -> tuple[ParameterView, ...]:
     """All parameters of the robot's node, with the defaults of the configuration.
 
@@ -149,7 +146,7 @@ def readme_context(
     supervisor: Supervisor,
     package: str,
     parameters: tuple[ParameterView, ...],
-    spelling: Callable[[Communication], tuple[str, str]],
+    spelling: Callable[[entities.Communication], tuple[str, str]],
 ) -> ReadmeContext:
     """``spelling`` gives a communication's name and type as the target's tools spell them."""
     robot = supervisor.plant.robot
@@ -195,16 +192,16 @@ def _guards(supervisor: Supervisor) -> list[GuardView]:
     return views
 
 
-def _diagrams(robot: Robot) -> list[DiagramView]:
+def _diagrams(robot: entities.Robot) -> list[DiagramView]:
     """Component automata in mermaid's syntax; what leaves every state is drawn from each."""
     views = []
     for component in robot.components:
         behaviour = component.behaviour
         if behaviour is None:
             continue
-        initial = next(place_of(s.name) for s in behaviour.states if s.initial)
+        initial = next(places.place_of(s.name) for s in behaviour.states if s.initial)
         # Names in diagrams have no dots.
-        names = dict.fromkeys(place_of(s.name) for s in behaviour.states)
+        names = dict.fromkeys(places.place_of(s.name) for s in behaviour.states)
         ids = {name: name.replace(".", "__") for name in names}
         lines = [f'state "{name}" as {word}' for name, word in ids.items() if name != word]
         lines += [f"[*] --> {ids[initial]}"]
@@ -212,13 +209,13 @@ def _diagrams(robot: Robot) -> list[DiagramView]:
             f"{ids[name]} --> {ids[t.goto or name]} : {_label(t, robot)}"
             for name in names
             for place, t in pictured(behaviour)
-            if place is None or is_in(name, place)
+            if place is None or automata.is_in(name, place)
         ]
         views.append(DiagramView(component.name, tuple(dict.fromkeys(lines))))
     return views
 
 
-def _label(transition: Transition, robot: Robot) -> str:
+def _label(transition: automata.Transition, robot: entities.Robot) -> str:
     if not transition.event.of_component:
         name = robot.display_names[transition.communication]
         guarded = " [guarded]" if transition.guard is not None else ""

@@ -10,11 +10,10 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from robosc import names, resources
 from robosc.emit.controller.python_literals import literal
 from robosc.emit.write.line_breaks import break_long_lines as break_python
 from robosc.emit.write.text_breaks import break_comments, break_markdown, break_xml
-from robosc.names import rostest_name
-from robosc.resources import templates_folder
 
 _EMPTY = re.compile(r"(?<==)( ?)\(\n *\)")
 """A tuple none of whose rows a template has written."""
@@ -23,7 +22,7 @@ _EMPTY = re.compile(r"(?<==)( ?)\(\n *\)")
 @cache
 def _environment() -> Environment:
     environment = Environment(
-        loader=FileSystemLoader(templates_folder()),
+        loader=FileSystemLoader(resources.templates_folder()),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -31,7 +30,7 @@ def _environment() -> Environment:
         autoescape=False,  # the output is source code, not markup
     )
     environment.filters["quoted"] = literal
-    environment.filters["rostest_name"] = rostest_name
+    environment.filters["rostest_name"] = names.rostest_name
     return environment
 
 

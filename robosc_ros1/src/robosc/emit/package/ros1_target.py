@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+from robosc.emit.package import readme, target
 from robosc.emit.package.config import DEFAULTS, Config
 from robosc.emit.package.package import Mode, Package
-from robosc.emit.package.readme import ParameterView, parameter_views
-from robosc.emit.package.target import Target, package_of
 from robosc.model.entities import Communication, Robot
 from robosc.runtime.settings import GENERAL_RATE
 from robosc.supervisor import Supervisor
@@ -26,18 +25,18 @@ def emit(
 
     See :func:`robosc.emit.package.target.package_of`.
     """
-    return package_of(_ROS1, supervisor, package, config, mode, runs)
+    return target.package_of(_ROS1, supervisor, package, config, mode, runs)
 
 
-def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
+def _parameters(robot: Robot, config: Config) -> tuple[readme.ParameterView, ...]:
     """All parameters; ``rate`` is in the group with the rates of commands, if there are such."""
-    views = tuple(map(_as_xml_rpc_can, parameter_views(robot, config)))
+    views = tuple(map(_as_xml_rpc_can, readme.parameter_views(robot, config)))
     if not any(p.name.startswith("rate/") for p in views):
         return views
     return tuple(replace(p, name=GENERAL_RATE) if p.name == "rate" else p for p in views)
 
 
-def _as_xml_rpc_can(view: ParameterView) -> ParameterView:
+def _as_xml_rpc_can(view: readme.ParameterView) -> readme.ParameterView:
     """The parameter with its default as the parameter server can carry it: integers of 32 bits."""
     if view.type not in ("integer", "number") or not view.default.lstrip("-").isdigit():
         return view
@@ -56,7 +55,7 @@ def _type(communication: Communication) -> str:
     return communication.binding.type + "Action" * (communication.sort.folder == "action")
 
 
-_ROS1 = Target(
+_ROS1 = target.Target(
     name="ros1",
     modules="src/{package}",
     templates={

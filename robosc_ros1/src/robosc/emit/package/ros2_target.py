@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+from robosc.emit.package import readme, target
 from robosc.emit.package.config import DEFAULTS, Config, declared_communications, shared_topics
 from robosc.emit.package.package import Mode, Package
-from robosc.emit.package.readme import ParameterView, parameter_views
-from robosc.emit.package.target import Target, package_of
 from robosc.errors import UsageError
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
@@ -43,7 +42,7 @@ def emit(
         UsageError: a topic has two types, too.
     """
     _demand_one_type_per_topic(supervisor.plant.robot)
-    return package_of(_ROS2, supervisor, package, config, mode, runs)
+    return target.package_of(_ROS2, supervisor, package, config, mode, runs)
 
 
 def _demand_one_type_per_topic(robot: Robot) -> None:
@@ -77,7 +76,7 @@ def _name(communication: Communication) -> str:
     return f"~/{name[1:]}" if name.startswith("~") and not name.startswith("~/") else name
 
 
-def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
+def _parameters(robot: Robot, config: Config) -> tuple[readme.ParameterView, ...]:
     """Those of ROS 1 with dots for slashes, and the quality of service of each topic.
 
     The quality goes by the first message on the topic; that of others may be left out, for it is
@@ -89,18 +88,18 @@ def _parameters(robot: Robot, config: Config) -> tuple[ParameterView, ...]:
         also = "".join(f", {robot.display_names[key]}" for key in others.get(message.key, ()))
         for parameter in qos_parameters([message]) if message.key in others else ():
             more.append(parameter._replace(meaning=parameter.meaning + also))
-    views = parameter_views(robot, config, more)
+    views = readme.parameter_views(robot, config, more)
     return tuple(
         replace(p, name=p.name.replace("/", "."), in_file=p.in_file and _in_file(p)) for p in views
     )
 
 
-def _in_file(view: ParameterView) -> bool:
+def _in_file(view: readme.ParameterView) -> bool:
     """Whether a parameter file of ROS 2 can say it: an array neither of objects nor empty."""
     return view.type != "array" or view.default[1:2] not in ("{", "[", "]")
 
 
-_ROS2 = Target(
+_ROS2 = target.Target(
     name="ros2",
     modules="{package}",
     templates={

@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from robosc import __version__
-from robosc.emit.controller.assembly import controller_context
-from robosc.emit.controller.naming import file_of
+from robosc import __version__, resources
+from robosc.emit.controller import assembly, naming, template_data
 from robosc.emit.controller.python_literals import assignment, literal
-from robosc.emit.controller.template_data import ControllerContext
+from robosc.emit.package import package_context, robot_tables
 from robosc.emit.package.config import Config
 from robosc.emit.package.model_document import model_document
 from robosc.emit.package.package import (
@@ -26,32 +25,14 @@ from robosc.emit.package.package import (
     own_test_files,
     runtime_files,
 )
-from robosc.emit.package.package_context import (
-    PackageContext,
-    TopicView,
-    TransformView,
-    escaped,
-    topics,
-)
 from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
-from robosc.emit.package.robot_tables import (
-    OF_MODE,
-    TOLD,
-    USUAL,
-    commands_under_test,
-    communications_under_test,
-)
-from robosc.emit.supervisor.listening import monitor_context, monitor_readme
-from robosc.emit.supervisor.meant_messages import meant
-from robosc.emit.supervisor.supervisor_package import relay_context
+from robosc.emit.supervisor import listening, meant_messages, supervisor_package
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
-from robosc.resources import templates_folder
-from robosc.runtime.settings import dotted, parameter_name
-from robosc.runtime.shapes import parts_by_name
+from robosc.runtime import settings, shapes
 from robosc.supervisor import Supervisor
 
 
@@ -116,17 +97,17 @@ def package_of(
         UsageError: the configuration does not fit the robot.
     """
     robot = supervisor.plant.robot
-    source = file_of(robot.span)
-    controller = controller_context(supervisor, source)
+    source = naming.file_of(robot.span)
+    controller = assembly.controller_context(supervisor, source)
     context = _context(target, robot, package, controller.class_name, config.checked(robot))
     controls = config.package or f"{package_name(robot.name)}_controller"
     if mode != "monitor":  # which alone may be a shadow
         own = tuple(p for p in context.parameters if p.name != "shadow")
         context = replace(context, parameters=own)
     if mode == "supervisor":
-        context = relay_context(context, supervisor, config, target.action_parts)
+        context = supervisor_package.relay_context(context, supervisor, config, target.action_parts)
     elif mode == "monitor":
-        context = monitor_context(context, supervisor, controls, target.shows_results)
+        context = listening.monitor_context(context, supervisor, controls, target.shows_results)
     readme = readme_context(
         supervisor,
         package,
@@ -134,7 +115,7 @@ def package_of(
         lambda c: (target.identifier(c), target.interface(c)),
     )
     if mode == "monitor":
-        readme = monitor_readme(readme, context, robot, controls)
+        readme = listening.monitor_readme(readme, context, robot, controls)
     modules = target.modules.format(package=package)
     texts = {
         f"{modules}/__init__.py": _data_module(source, f"{context.title} of {robot.name}."),
@@ -147,7 +128,7 @@ def package_of(
     texts["test/robot_tables.py"] = _robot_module(target, robot, context, mode)
     texts["test/players.py"] = _players_module(source, mode)
     for path, template in {**target.templates, **target.of_mode[mode]}.items():
-        shown = escaped(context) if template.endswith(_XML) else context
+        shown = package_context.escaped(context) if template.endswith(_XML) else context
         text = render(f"{target.name}/{template}.jinja", readme if path == "README.md" else shown)
         texts[path.format(package=package, rostest=rostest_name(package))] = text
     files = {path: File(text) for path, text in texts.items()}
@@ -157,7 +138,7 @@ def package_of(
     return Package(package, frozen_files(files), target.name)
 
 
-def _parts(controller: ControllerContext, robot: Robot, mode: Mode) -> Iterator[str]:
+def _parts(controller: template_data.ControllerContext, robot: Robot, mode: Mode) -> Iterator[str]:
     """The modules of the runtime that an engine imports when its model needs them."""
     communications = robot.communications.values()
     if robot.transforms:
@@ -191,22 +172,24 @@ def _model_module(supervisor: Supervisor, source: str) -> str:
 
 def _licence(source: str) -> str:
     """The licence of what robosc adds to the model."""
-    text = (templates_folder() / "common" / "LICENSE").read_text(encoding="utf-8")
+    text = (resources.templates_folder() / "common" / "LICENSE").read_text(encoding="utf-8")
     head = f"This package was {MARKER} {__version__} from {source}. Of what is not from that model:"
     return f"{textwrap.fill(head, 100)}\n\n{text}"
 
 
-def _robot_module(target: Target, robot: Robot, context: PackageContext, mode: Mode) -> str:
+def _robot_module(
+    target: Target, robot: Robot, context: package_context.PackageContext, mode: Mode
+) -> str:
     """What the package's test knows of the package and of the robot."""
     parameters = {
         name: value
         for p in context.parameters
         if p.example is not None
-        for name, value in parts_by_name(p.name, p.example)
+        for name, value in shapes.parts_by_name(p.name, p.example)
     }
     names = robot.display_names
     outgoing = (c for c in robot.communications.values() if c.kind is Kind.OUTGOING)
-    messages = [parameter_name(names[c.key]) for c in outgoing]
+    messages = [settings.parameter_name(names[c.key]) for c in outgoing]
     modules = ["ros_messages", "ros_parameters"] if target.has_qos else ["ros_messages"]
     offered = [
         "COMMANDS", "COMMUNICATIONS", "MEANT", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES",
@@ -219,13 +202,13 @@ def _robot_module(target: Target, robot: Robot, context: PackageContext, mode: M
     body += assignment("PARAMETERS", parameters)
     kept: dict[str, Any] = {p.name: "" for p in context.parameters if p.name == "persistent_file"}
     transformed = (key for keys in robot.transforms.values() for key in keys)
-    kept |= {f"rate/{parameter_name(names[key])}": 0.0 for key in transformed}
-    body += assignment("USUAL", {**USUAL, **OF_MODE[mode], **kept})
-    body += assignment("TOLD", TOLD[mode])
-    body += assignment("MEANT", meant(robot) if mode != "controller" else {})
+    kept |= {f"rate/{settings.parameter_name(names[key])}": 0.0 for key in transformed}
+    body += assignment("USUAL", {**robot_tables.USUAL, **robot_tables.OF_MODE[mode], **kept})
+    body += assignment("TOLD", robot_tables.TOLD[mode])
+    body += assignment("MEANT", meant_messages.meant(robot) if mode != "controller" else {})
     body += assignment("MESSAGES", messages)
-    body += assignment("COMMUNICATIONS", communications_under_test(robot))
-    body += assignment("COMMANDS", commands_under_test(robot))
+    body += assignment("COMMUNICATIONS", robot_tables.communications_under_test(robot))
+    body += assignment("COMMANDS", robot_tables.commands_under_test(robot))
     return _data_module(
         context.source, "What the test uses of the package, and knows of the robot.", body
     )
@@ -241,31 +224,31 @@ def _players_module(source: str, mode: Mode) -> str:
 
 def _context(
     target: Target, robot: Robot, package: str, class_name: str, config: Config
-) -> PackageContext:
+) -> package_context.PackageContext:
     communications = robot.communications.values()
     parameters = target.parameters(robot, config)
 
     def type_(communication: Communication) -> str:
         return f"{target.module(communication)}.{target.type(communication)}"
 
-    def messages(kind: Kind) -> tuple[TopicView, ...]:
+    def messages(kind: Kind) -> tuple[package_context.TopicView, ...]:
         found = (c for c in communications if c.kind is kind and c.frames is None)
-        return topics(found, target.identifier, type_)
+        return package_context.topics(found, target.identifier, type_)
 
     more = ("tf2_msgs",) if robot.transforms else ()
 
-    def servers(kind: Kind) -> tuple[TopicView, ...]:
+    def servers(kind: Kind) -> tuple[package_context.TopicView, ...]:
         return tuple(
-            TopicView(target.identifier(c), type_(c), key=c.key)
+            package_context.TopicView(target.identifier(c), type_(c), key=c.key)
             for c in communications
             if c.kind is kind
         )
 
-    return PackageContext(
+    return package_context.PackageContext(
         package=package,
         node_name=package,
         robot=robot.name,
-        source=file_of(robot.span),
+        source=naming.file_of(robot.span),
         version=config.version,
         maintainer=config.maintainer,
         maintainer_email=config.email,
@@ -279,7 +262,10 @@ def _context(
         publications=messages(Kind.INCOMING),
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
-        transforms=tuple(TransformView(*frames, keys) for frames, keys in robot.transforms.items()),
+        transforms=tuple(
+            package_context.TransformView(*frames, keys)
+            for frames, keys in robot.transforms.items()
+        ),
         served_services=servers(Kind.SERVED_SERVICE),
         served_actions=servers(Kind.SERVED_ACTION),
         parameters=parameters,
@@ -291,10 +277,10 @@ def _context(
             }
         ),
         examples=tuple(
-            f"{dotted(name)}:={json.dumps(value)}"
+            f"{settings.dotted(name)}:={json.dumps(value)}"
             for p in parameters
             if p.example is not None
-            for name, value in parts_by_name(p.name, p.example)
+            for name, value in shapes.parts_by_name(p.name, p.example)
         ),
         lifecycle=config.lifecycle and target.has_lifecycle,
     )

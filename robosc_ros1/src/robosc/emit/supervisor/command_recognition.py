@@ -13,19 +13,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from robosc.errors import ModelError, Note
-from robosc.expr.evaluation import evaluate
-from robosc.expr.traversal import walk
+from robosc.expr import evaluation, traversal
 from robosc.expr.tree import Binary, Expr, Literal, Unary
 from robosc.expr.types import ArrayType, ObjectType, Value
 from robosc.language.events import Kind
-from robosc.model.diagnostics import Report
-from robosc.model.entities import (
-    Communication,
-    Data,
-    DataArray,
-    DataObject,
-    Robot,
-)
+from robosc.model import diagnostics, entities
 
 Path = tuple[str, ...]
 Constants = Mapping[Path, Value]
@@ -53,7 +45,7 @@ class _Provided:
 
 
 def command_matches(
-    robot: Robot, servers: bool = True
+    robot: entities.Robot, servers: bool = True
 ) -> dict[tuple[str, str], tuple[CommandMatch, ...]]:
     """By topic and type (``package/Type``), in model order. ``servers``: requests are passed on,
     too.
@@ -62,8 +54,8 @@ def command_matches(
         ModelError: messages of one topic cannot be distinguished by data, or the robot sends on
             it, too; or two services or actions have one name.
     """
-    report = Report()
-    topics: dict[tuple[str, str], list[Communication]] = {}
+    report = diagnostics.Report()
+    topics: dict[tuple[str, str], list[entities.Communication]] = {}
     for communication in robot.communications.values():
         if communication.kind is Kind.INCOMING:
             binding = communication.binding
@@ -84,7 +76,7 @@ def command_matches(
     return found
 
 
-def _check_directions(robot: Robot, report: Report) -> None:
+def _check_directions(robot: entities.Robot, report: diagnostics.Report) -> None:
     """A topic that both robot and supervisor publish would send each message back for ever."""
     sent = {c.ros_name: c for c in robot.communications.values() if c.kind is Kind.OUTGOING}
     for message in robot.communications.values():
@@ -99,10 +91,10 @@ def _check_directions(robot: Robot, report: Report) -> None:
             )
 
 
-def _check_servers(robot: Robot, report: Report) -> None:
+def _check_servers(robot: entities.Robot, report: diagnostics.Report) -> None:
     """To the controller, a supervisor is one server where the robot is one."""
     names = robot.display_names
-    servers: dict[tuple[Kind, str], Communication] = {}
+    servers: dict[tuple[Kind, str], entities.Communication] = {}
     for one in robot.communications.values():
         other = servers.setdefault((one.kind, one.ros_name), one)
         if one.kind in (Kind.SERVICE, Kind.ACTION) and other is not one:
@@ -117,7 +109,7 @@ def _check_servers(robot: Robot, report: Report) -> None:
 
 
 def _told_apart(
-    messages: Sequence[Communication], robot: Robot, report: Report
+    messages: Sequence[entities.Communication], robot: entities.Robot, report: diagnostics.Report
 ) -> Iterator[CommandMatch]:
     provided = {m.key: list(_provided(m, robot)) for m in messages}
     corrected = [m for m in messages if m.key in robot.corrected]
@@ -131,7 +123,7 @@ def _told_apart(
         provided |= {m.key: [_Provided({}, True)] for m in without}
         exact += without
     others = [m for m in messages if m not in exact]
-    seen: dict[tuple[tuple[Path, Value], ...], Communication] = {}
+    seen: dict[tuple[tuple[Path, Value], ...], entities.Communication] = {}
     for message in exact:
         for part in provided[message.key]:
             content = tuple(sorted((p, v) for p, v in part.constants.items() if v not in (0, "")))
@@ -146,11 +138,11 @@ def _told_apart(
 
 
 def _beside_corrected(
-    messages: Sequence[Communication],
-    corrected: Sequence[Communication],
+    messages: Sequence[entities.Communication],
+    corrected: Sequence[entities.Communication],
     provided: Mapping[str, list[_Provided]],
-    robot: Robot,
-    report: Report,
+    robot: entities.Robot,
+    report: diagnostics.Report,
 ) -> Iterator[CommandMatch]:
     """Messages beside one that is corrected, which takes what no constants of another match."""
     for message in messages:
@@ -167,10 +159,10 @@ def _beside_corrected(
 
 
 def _by_field(
-    messages: Sequence[Communication],
+    messages: Sequence[entities.Communication],
     provided: Mapping[str, list[_Provided]],
-    robot: Robot,
-    report: Report,
+    robot: entities.Robot,
+    report: diagnostics.Report,
 ) -> Iterator[CommandMatch]:
     """Messages with changing data, by a field that is constant in all of them."""
     for path in dict.fromkeys(
@@ -188,7 +180,11 @@ def _by_field(
 
 
 def _refuse(
-    message: Communication, other: Communication, reason: str, robot: Robot, report: Report
+    message: entities.Communication,
+    other: entities.Communication,
+    reason: str,
+    robot: entities.Robot,
+    report: diagnostics.Report,
 ) -> None:
     names = robot.display_names
     report.add(
@@ -204,7 +200,7 @@ def _refuse(
 # --- what provide statements say -----------------------------------------------------------------
 
 
-def _provided(message: Communication, robot: Robot) -> Iterator[_Provided]:
+def _provided(message: entities.Communication, robot: entities.Robot) -> Iterator[_Provided]:
     for provide in robot.provides:
         if provide.communication == message.key:
             fields = list(leaves(provide.data, message))
@@ -215,25 +211,25 @@ def _provided(message: Communication, robot: Robot) -> Iterator[_Provided]:
 
 
 def leaves(
-    data: Data, message: Communication, path: Path = ()
+    data: entities.Data, message: entities.Communication, path: Path = ()
 ) -> Iterator[tuple[Path, Expr | None]]:
     """Yield the expressions for all fields of a message, by path; None for what is no constant to
     compare with as a whole."""
-    if isinstance(data, DataObject):
+    if isinstance(data, entities.DataObject):
         for name, part in data.fields:
             yield from leaves(part, message, (*path, name))
-    elif isinstance(data, DataArray) or isinstance(data.type, ArrayType | ObjectType):
+    elif isinstance(data, entities.DataArray) or isinstance(data.type, ArrayType | ObjectType):
         yield path, None
     else:
         yield path or (message.binding.request_field or "",), data
 
 
 def _is_constant(expr: Expr) -> bool:
-    return all(isinstance(part, Literal | Unary | Binary) for part in walk(expr))
+    return all(isinstance(part, Literal | Unary | Binary) for part in traversal.walk(expr))
 
 
 def _constant(expr: Expr) -> Value:
-    return evaluate(expr, lambda leaf: None)
+    return evaluation.evaluate(expr, lambda leaf: None)
 
 
 def _nested(part: _Provided) -> Mapping[str, object]:

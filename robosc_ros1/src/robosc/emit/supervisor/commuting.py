@@ -11,8 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import combinations
 
-from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
+from robosc.expr import traversal, tree
 from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import Event, LocalAutomaton, Plant, VariableKind
 from robosc.plant.logic import exact
@@ -129,12 +128,12 @@ def _add_automaton(effects: _Effects, plant: Plant, automaton: LocalAutomaton) -
             effects.writes.add((VariableKind.DATA, f"{automaton.component}.{assignment.variable}"))
 
 
-def _places(expr: Expr) -> Iterator[Place]:
-    for part in walk(exact(expr)):
+def _places(expr: tree.Expr) -> Iterator[Place]:
+    for part in traversal.walk(exact(expr)):
         match part:
-            case VariableRef():
+            case tree.VariableRef():
                 yield VariableKind.DATA, part.key
-            case StateRef():
+            case tree.StateRef():
                 yield VariableKind.LOCATION, part.component
-            case PhaseRef():
+            case tree.PhaseRef():
                 yield VariableKind.PHASE, part.communication

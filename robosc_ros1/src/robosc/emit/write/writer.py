@@ -23,18 +23,10 @@ from dataclasses import dataclass, replace
 from difflib import unified_diff
 from pathlib import Path
 
-from robosc import limits
+from robosc import errors, limits
 from robosc.emit.package.package import File, Package
-from robosc.emit.write.atomic_replacement import exchange, link_tree, rescue
-from robosc.emit.write.checksums import (
-    RECORD,
-    is_as_recorded,
-    read_record,
-    record_of,
-    recorded_target,
-)
+from robosc.emit.write import atomic_replacement, checksums
 from robosc.emit.write.user_regions import own_lines, text_of, with_own_lines
-from robosc.errors import UsageError
 
 
 @dataclass(frozen=True)
@@ -73,7 +65,7 @@ def write(
         place = str(error.filename or target)
         if _STAGE.format(target.name) in place:  # a name that is none of the user's business
             place = str(target)
-        raise UsageError(f"cannot write {place}: {reason}") from error
+        raise errors.UsageError(f"cannot write {place}: {reason}") from error
 
 
 def difference(
@@ -90,7 +82,7 @@ def difference(
     wanted = {path: file.content for path, file in plan.fresh.items()}
     wanted.update(dict.fromkeys(plan.stale, ""))
     lines: list[str] = []
-    for path in sorted(wanted.keys() - {RECORD}):
+    for path in sorted(wanted.keys() - {checksums.RECORD}):
         name = str(target / path)
         is_there = (present / path).is_file()
         lines += unified_diff(
@@ -137,7 +129,7 @@ class _Change:
 
 def _write(package: Package, target: Path, force: bool) -> Written:
     if target.is_symlink() and not target.exists():
-        raise UsageError(f"{target} is a dangling link")
+        raise errors.UsageError(f"{target} is a dangling link")
     folder = target.resolve()
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _alone(folder.parent):
@@ -159,10 +151,10 @@ class _Plan:
 
 
 def _plan(package: Package, target: Path, folder: Path, force: bool) -> _Plan:
-    record = read_record(folder) or {}
+    record = checksums.read_record(folder) or {}
     if not force:
         _demand_target(package, target, folder)
-    files = {**package.files, RECORD: record_of(package)}
+    files = {**package.files, checksums.RECORD: checksums.record_of(package)}
     edited = [] if force else [path for path in files if _is_edited(folder, path, record)]
     files = {
         path: replace(file, content=with_own_lines(file.content, own_lines(text_of(folder / path))))
@@ -175,7 +167,7 @@ def _plan(package: Package, target: Path, folder: Path, force: bool) -> _Plan:
     stale = [
         path
         for path in lost
-        if is_as_recorded(folder, path, record) and not own_lines(text_of(folder / path))
+        if checksums.is_as_recorded(folder, path, record) and not own_lines(text_of(folder / path))
     ]
     kept = [path for path in lost if path not in stale]
     return _Plan(files, fresh, tuple(gone), tuple(stale), tuple(edited), tuple(kept))
@@ -191,9 +183,9 @@ def _update(package: Package, target: Path, folder: Path, force: bool) -> Writte
 
 def _demand_target(package: Package, target: Path, folder: Path) -> None:
     """Raise UsageError if the package in the folder is for another version of ROS."""
-    present = recorded_target(folder)
+    present = checksums.recorded_target(folder)
     if present and package.target and present != package.target:
-        raise UsageError(
+        raise errors.UsageError(
             f"{target} holds a package for {present}, and this one is for {package.target}: choose"
             " another folder with --output, or another name with --package\n"
             "(--force replaces the package)"
@@ -208,7 +200,7 @@ def _is_edited(folder: Path, path: str, record: Mapping[str, str]) -> bool:
         and path in record
         and place.is_file()
         and not place.is_symlink()
-        and not is_as_recorded(folder, path, record)
+        and not checksums.is_as_recorded(folder, path, record)
     )
 
 
@@ -233,7 +225,7 @@ def _make_way(
     refused = {p: fault for p, fault in found.items() if (fault and not force) or fault == _FOLDER}
     if refused:
         lines = [f"  {target / path}: {fault}" for path, fault in refused.items()]
-        raise UsageError(
+        raise errors.UsageError(
             "\n".join([f"in the way of package {target.name}:", *lines, _remedy(refused)])
         )
     return list(found)
@@ -277,9 +269,9 @@ def _is_plain_folder(path: Path) -> bool:
 
 
 def _objection(folder: Path, name: str, record: Mapping[str, str]) -> str:
-    if is_as_recorded(folder, name, record):
+    if checksums.is_as_recorded(folder, name, record):
         return ""
-    if name == RECORD and read_record(folder) is not None:
+    if name == checksums.RECORD and checksums.read_record(folder) is not None:
         return ""
     return "changed since it was generated" if name in record else "not written by robosc"
 
@@ -296,7 +288,7 @@ def _apply(change: _Change) -> None:
             new.rename(folder)
             return
         if _take_place(new, change):
-            rescue(new, folder, change.gone)
+            atomic_replacement.rescue(new, folder, change.gone)
             return
     _one_by_one(change)
 
@@ -306,9 +298,9 @@ def _take_place(new: Path, change: _Change) -> bool:
     folder = change.folder
     try:
         if folder.is_dir():
-            link_tree(folder, new, change.gone)
+            atomic_replacement.link_tree(folder, new, change.gone)
             _remove_empty(new, change)
-        exchange(new, folder)
+        atomic_replacement.exchange(new, folder)
     except OSError:
         return False  # a mount point, files of somebody else: the other way reports what is wrong
     return True
@@ -370,7 +362,7 @@ def _lock(place: int, folder: Path) -> None:
         except BlockingIOError:
             if time.monotonic() > deadline:
                 message = f"another robosc is writing a package into {folder}"
-                raise UsageError(message) from None
+                raise errors.UsageError(message) from None
             time.sleep(0.02)
         except OSError:
             return  # this file system has none

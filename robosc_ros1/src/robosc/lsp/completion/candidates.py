@@ -15,16 +15,9 @@ from robosc.lsp.chains import aggregate_variables
 from robosc.lsp.completion.context import Context
 from robosc.lsp.interfaces import offered_types
 from robosc.model.file_resolver import FileContents
-from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
-from robosc.model.names.value_scope import ValueScope
+from robosc.model.names import tables, value_scope
 from robosc.names import copy_name
-from robosc.syntax.nodes import (
-    ComponentNode,
-    ConditionNode,
-    ImportNode,
-    ParameterNode,
-    RangeNode,
-)
+from robosc.syntax import nodes
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +81,7 @@ class Candidates:
 
     # --- names -----------------------------------------------------------------------------------
 
-    def _is_further_copy(self, instance: Instance) -> bool:
+    def _is_further_copy(self, instance: tables.Instance) -> bool:
         """Whether it is one of several of a kind, of which another one is offered for all."""
         copy = instance.declaration.copy
         return copy is not None and copy.index != self.several[copy.family].first
@@ -114,7 +107,7 @@ class Candidates:
         for index in range(indexes.first, indexes.last + 1):
             yield Candidate(str(index), "value", rank=1, order=index)
 
-    def owners(self, name: str) -> Iterator[Instance]:
+    def owners(self, name: str) -> Iterator[tables.Instance]:
         if name in self.several:
             name = copy_name(name, self.several[name].first)
         for contents in self.known:
@@ -122,7 +115,7 @@ class Candidates:
             if owner is not None:
                 yield owner
 
-    def behaviour_of(self, owner: Instance, name: str) -> Iterator[Candidate]:
+    def behaviour_of(self, owner: tables.Instance, name: str) -> Iterator[Candidate]:
         """What a component of that name has in its behaviour, and its named values."""
         for variable, node in owner.variable_nodes.items():
             yield Candidate(variable, "variable", node.type.span.text)
@@ -130,7 +123,7 @@ class Candidates:
             yield Candidate(state, "state", f"state of {name}")
         yield from self.named_values(owner.types.values)
 
-    def infos(self) -> Iterator[CommunicationInfo]:
+    def infos(self) -> Iterator[tables.CommunicationInfo]:
         for contents in self.known:
             for instance in contents.instances.values():
                 if not self._is_further_copy(instance):
@@ -157,13 +150,13 @@ class Candidates:
                 rank=0 if own else rank,
             )
 
-    def communication_of(self, words: tuple[str, ...]) -> CommunicationInfo | None:
+    def communication_of(self, words: tuple[str, ...]) -> tables.CommunicationInfo | None:
         name = [w.lstrip("^") for w in words if w != "."]
         for contents in self.known:
             own = contents.instances.get(self.own)
-            found: CommunicationInfo | None = None
+            found: tables.CommunicationInfo | None = None
             if len(name) == 1:
-                known = SymbolTable(contents.component_table, own).communications(name[0])
+                known = tables.SymbolTable(contents.component_table, own).communications(name[0])
                 found = known[0] if known else None
             elif len(name) == 2 and name[0] in contents.instances:
                 found = contents.instances[name[0]].communications.get(name[1])
@@ -271,7 +264,7 @@ class Candidates:
                 for value in contents.types.enum_values():
                     yield Candidate(value, "enum value", rank=2)
 
-    def named_values(self, scope: ValueScope, rank: int = 1) -> Iterator[Candidate]:
+    def named_values(self, scope: value_scope.ValueScope, rank: int = 1) -> Iterator[Candidate]:
         """The constants, parameters and conditions that a file or a component declares."""
         for name, function in scope.functions.items():
             head = function.span.text.partition("(")[2].partition("=")[0]
@@ -279,10 +272,10 @@ class Candidates:
             yield Candidate(name, "function", detail, f"{name}(", rank=rank)
         for name in scope.declared:
             node = scope.node(name)
-            if isinstance(node, ConditionNode):
+            if isinstance(node, nodes.ConditionNode):
                 yield Candidate(name, "condition", rank=rank)
             elif node is not None:
-                kind = "parameter" if isinstance(node, ParameterNode) else "constant"
+                kind = "parameter" if isinstance(node, nodes.ParameterNode) else "constant"
                 yield Candidate(name, kind, node.type.span.text, rank=rank)
 
     def durations(self) -> Iterator[Candidate]:
@@ -329,13 +322,13 @@ def listed_events(words: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in names if name in EVENTS)
 
 
-def several(contents: FileContents) -> Mapping[str, RangeNode]:
+def several(contents: FileContents) -> Mapping[str, nodes.RangeNode]:
     """The indexes of each component of a file that stands for several of a kind."""
     written = contents.scope.node.written
     return {
         node.name.text: node.indexes
         for node in (written.declarations if written is not None else ())
-        if isinstance(node, ComponentNode | ImportNode) and node.indexes is not None
+        if isinstance(node, nodes.ComponentNode | nodes.ImportNode) and node.indexes is not None
     }
 
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 
-from robosc.language.keywords import starts_of
-from robosc.language.operators import symbols
+from robosc.language import keywords, operators
 from robosc.language.tokens import STRING, Tokens, is_word, tokenize
 from robosc.source import Source, common_ends
 
@@ -20,7 +19,7 @@ _EXPECT_NAME = frozenset({
     "variable", "state",
     "from", "to", "goto", "do", "if", "needs", "disables", "never", "always", "possible", "while",
     "use", "import", "links", "object", "enum", "->", ":=", "(", ",", ":", "[",
-    *symbols(words=True), *symbols(words=False),
+    *operators.symbols(words=True), *operators.symbols(words=False),
 })  # fmt: skip
 """After these a word is a name rather than the beginning of the next declaration."""
 
@@ -165,7 +164,7 @@ def _begins(kind: str, word: str, words: list[str]) -> bool:
         return word == "," and not _is_within(words, "[", "]") and not _is_within(words, "(", ")")
     if word == "for" and _is_within(words, "(", ")"):
         return False  # of an aggregate: any(s.on for s in Station)
-    if word not in starts_of(kind) or last in _EXPECT_NAME:
+    if word not in keywords.starts_of(kind) or last in _EXPECT_NAME:
         return False
     if word in ("service", "action") and words == ["outgoing"]:
         return False

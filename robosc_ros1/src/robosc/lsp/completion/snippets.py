@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from textwrap import indent
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,105 +19,94 @@ class Snippet:
     text: str
 
 
+def _component(label: str, meaning: str, name: str, declaration: str, behaviour: str) -> Snippet:
+    """A component with one declaration."""
+    head, body = indent(declaration, " " * 4), indent(behaviour, " " * 8)
+    text = f"component ${{1:{name}}} {{\n{head}\n\n    behaviour {{\n{body}\n    }}\n}}"
+    return Snippet(label, meaning, text)
+
+
 _ROBOT = Snippet(
     "robot { … }", "A robot: components, requirements, data", "robot ${1:Name} {\n    $0\n}"
 )
-_SENSOR = Snippet(
+_SENSOR = _component(
     "component … outgoing message",
     "A component that sends, and remembers the last value",
+    "Sensor",
+    'outgoing message ${2:measured} with identifier: "/${2:measured}", type: ${3:double}',
     """\
-component ${1:Sensor} {
-    outgoing message ${2:measured} with identifier: "/${2:measured}", type: ${3:double}
+variable last: ${3:double}
 
-    behaviour {
-        variable last: ${3:double}
-
-        initial marked state sensing {
-            on response from ${2:measured} do last := value
-        }
-    }
+initial marked state sensing {
+    on response from ${2:measured} do last := value
 }""",
 )
-_SERVER = Snippet(
+_SERVER = _component(
     "component … service",
     "A component with a service, errors handled",
+    "Server",
+    "service ${2:call} with request: ${3:none}, response: ${4:none} links ${5:interface}",
     """\
-component ${1:Server} {
-    service ${2:call} with request: ${3:none}, response: ${4:none} links ${5:interface}
+initial marked state idle {
+    on request to ${2:call} goto busy
+}
 
-    behaviour {
-        initial marked state idle {
-            on request to ${2:call} goto busy
-        }
-
-        state busy {
-            on response from ${2:call} goto idle
-            on error from ${2:call} goto idle
-        }
-    }
+state busy {
+    on response from ${2:call} goto idle
+    on error from ${2:call} goto idle
 }""",
 )
-_ACTION_SERVER = Snippet(
+_ACTION_SERVER = _component(
     "component … action",
     "A component with an action, errors and cancels handled",
+    "Server",
     """\
-component ${1:Server} {
-    action ${2:task} with request: ${3:none}, response: ${4:none}, feedback: ${5:none}
-        links ${6:interface}
+action ${2:task} with request: ${3:none}, response: ${4:none}, feedback: ${5:none}
+    links ${6:interface}""",
+    """\
+initial marked state idle {
+    on request to ${2:task} goto busy
+}
 
-    behaviour {
-        initial marked state idle {
-            on request to ${2:task} goto busy
-        }
-
-        state busy {
-            on response from ${2:task} goto idle
-            on error from ${2:task} goto idle
-            on cancelled from ${2:task} goto idle
-        }
-    }
+state busy {
+    on response from ${2:task} goto idle
+    on error from ${2:task} goto idle
+    on cancelled from ${2:task} goto idle
 }""",
 )
-_CALLER = Snippet(
+_CALLER = _component(
     "component … outgoing service",
     "A component that calls the controller, and is answered",
+    "Orders",
+    'outgoing service ${2:order} with identifier: "/${2:order}", type: ${3:std_srvs/Trigger}',
     """\
-component ${1:Orders} {
-    outgoing service ${2:order} with identifier: "/${2:order}", type: ${3:std_srvs/Trigger}
+initial marked state idle {
+    on request from ${2:order} goto asked
+}
 
-    behaviour {
-        initial marked state idle {
-            on request from ${2:order} goto asked
-        }
-
-        state asked {
-            on response to ${2:order} goto idle
-        }
-    }
+state asked {
+    on response to ${2:order} goto idle
 }""",
 )
-_GOALS = Snippet(
+_GOALS = _component(
     "component … outgoing action",
     "A component that sends the controller goals, cancels them, and is answered",
+    "Orders",
     """\
-component ${1:Orders} {
-    outgoing action ${2:order} with request: ${3:none}, response: ${4:none}, feedback: ${5:none}
-        links ${6:interface}
+outgoing action ${2:order} with request: ${3:none}, response: ${4:none}, feedback: ${5:none}
+    links ${6:interface}""",
+    """\
+initial marked state idle {
+    on request from ${2:order} goto running
+}
 
-    behaviour {
-        initial marked state idle {
-            on request from ${2:order} goto running
-        }
+state running {
+    on response to ${2:order} goto idle
+    on cancel from ${2:order} goto ending
+}
 
-        state running {
-            on response to ${2:order} goto idle
-            on cancel from ${2:order} goto ending
-        }
-
-        state ending {
-            on error to ${2:order} goto idle
-        }
-    }
+state ending {
+    on error to ${2:order} goto idle
 }""",
 )
 _COMPONENT = Snippet(

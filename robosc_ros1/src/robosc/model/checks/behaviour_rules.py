@@ -5,21 +5,17 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from robosc.errors import Note
-from robosc.expr.traversal import may_be_undefined, walk
-from robosc.expr.tree import Expr, Holds, PhaseRef, ReasonRef, StateRef, ValueRef
-from robosc.expr.types import domain
+from robosc import errors, remedies, source
+from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import known_condition, none_of
 from robosc.language.events import EventKind, Kind
-from robosc.model.automata import Behaviour, CompositeState, State, Transition
+from robosc.model import automata
 from robosc.model.checks.exclusive import hold_together
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.names.communications import HEARD, report_misdirected
 from robosc.model.names.tables import CommunicationInfo, Instance
 from robosc.model.typing.compatibility import describe
-from robosc.remedies import Change, Remedy
 from robosc.runtime.places import place_of
-from robosc.source import Span
 from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, TauNode
 
 
@@ -27,7 +23,7 @@ from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, Tau
 class NamedTransition:
     """A transition, and the names of its event and communication, and its guard, as written."""
 
-    transition: Transition
+    transition: automata.Transition
     event: Name
     communication: Access
     guard: ExprNode | ElseNode | None
@@ -64,7 +60,7 @@ def check_events(
                 f"there is already a transition for '{new.event.text}' of"
                 f" '{new.communication.span.text}' {where}",
                 "join them, or give each an 'if' that excludes the other",
-                [Note("the first one is here", clash.event.span)],
+                [errors.Note("the first one is here", clash.event.span)],
             )
         earlier.append(new)
 
@@ -79,7 +75,7 @@ def check_repeated_events(names: Iterable[Name], report: Report) -> list[Name]:
                 name.span,
                 f"'{name.text}' appears twice in this list",
                 "remove one of them",
-                [Note("the first one is here", first[name.text].span)],
+                [errors.Note("the first one is here", first[name.text].span)],
             )
     return list(first.values())
 
@@ -112,7 +108,7 @@ def _report_else(
     if earlier:
         message = f"'else' is for the last transition {what}, and this one comes behind it"
         hint = "put the transition with 'else' behind all others for this event"
-        notes = [Note("the 'else' is here", earlier[-1].transition.span)]
+        notes = [errors.Note("the 'else' is here", earlier[-1].transition.span)]
     else:
         message = f"'else' needs a transition before it {what}"
         hint = "leave out 'else', or write the transitions with 'if' before this one"
@@ -120,7 +116,7 @@ def _report_else(
     report.add("misplaced-else", new.event.span, message, hint, notes)
 
 
-def with_else(transitions: Iterable[NamedTransition]) -> tuple[Transition, ...]:
+def with_else(transitions: Iterable[NamedTransition]) -> tuple[automata.Transition, ...]:
     """The transitions of one place; the guard of each ``else`` is that none of those before holds.
 
     Their guards are taken as defined: what cannot be evaluated does not hold in either. What stands
@@ -129,8 +125,8 @@ def with_else(transitions: Iterable[NamedTransition]) -> tuple[Transition, ...]:
     named = list(transitions)
     covered = {new.key for new in named if isinstance(new.guard, ElseNode)}
     complete: set[tuple[EventKind, str]] = set()
-    before: dict[tuple[EventKind, str], list[Expr]] = {}
-    found: list[Transition] = []
+    before: dict[tuple[EventKind, str], list[tree.Expr]] = {}
+    found: list[automata.Transition] = []
     for new in named:
         result = new.transition
         if new.key in complete:
@@ -148,8 +144,8 @@ def with_else(transitions: Iterable[NamedTransition]) -> tuple[Transition, ...]:
 
 
 def internal_with_else(
-    named: Sequence[tuple[Transition, TauNode]], state: StateNode | None, report: Report
-) -> tuple[Transition, ...]:
+    named: Sequence[tuple[automata.Transition, TauNode]], state: StateNode | None, report: Report
+) -> tuple[automata.Transition, ...]:
     """The internal transitions of one place, with the guard of an ``else`` as in :func:`with_else`.
 
     Reports an ``else`` out of place. ``state`` is None for those of every state.
@@ -175,21 +171,21 @@ def internal_with_else(
             other.span,
             f"'else' is for the last internal transition {where}, and this one comes behind it",
             "put the transition with 'else' behind all others",
-            [Note("the 'else' is here", node.span)],
+            [errors.Note("the 'else' is here", node.span)],
         )
     assert node.guard is not None
     guarded = zip([*before, rest], [*guards, none_of(guards, node.guard.span)], strict=True)
     return tuple(replace(tau, guard=guard) for tau, guard in guarded)
 
 
-def check_staying(instance: Instance, behaviour: Behaviour, report: Report) -> None:
+def check_staying(instance: Instance, behaviour: automata.Behaviour, report: Report) -> None:
     """Report what internal transitions assign that may stay in their state, if it is not finite.
 
     One that changes nothing is never taken, and only a change of the plant's state is one.
     """
     for assignment in (a for taken in behaviour.staying for a in taken.assignments):
         type_ = instance.variables.get(assignment.variable)
-        if type_ is not None and domain(type_) is None:
+        if type_ is not None and types.domain(type_) is None:
             report.add(
                 "not-finite",
                 assignment.span,
@@ -210,11 +206,11 @@ def check_initial(
             "several-initial-states",
             state.name.span,
             f"{name} already has an initial state",
-            Remedy(
+            remedies.Remedy(
                 f"remove 'initial' from '{state.name.text}' or from '{initial[0].name.text}'",
-                Change.REMOVE_INITIAL,
+                remedies.Change.REMOVE_INITIAL,
             ),
-            [Note("the first one is here", initial[0].name.span)],
+            [errors.Note("the first one is here", initial[0].name.span)],
         )
     if not initial:
         report.add(
@@ -226,18 +222,18 @@ def check_initial(
     return bool(initial)
 
 
-def _initial_state(states: Sequence[StateNode]) -> Remedy:
+def _initial_state(states: Sequence[StateNode]) -> remedies.Remedy:
     if not states:
         state = "initial marked state idle {}"
-        return Remedy(f"add: {state}", Change.ADD_INITIAL, (state,))
+        return remedies.Remedy(f"add: {state}", remedies.Change.ADD_INITIAL, (state,))
     first = states[0]
     head = f"initial {'marked ' if first.marked else ''}state {first.name.text}"
-    return Remedy(f"write: {head}", Change.MAKE_INITIAL, (first.name.text,))
+    return remedies.Remedy(f"write: {head}", remedies.Change.MAKE_INITIAL, (first.name.text,))
 
 
 def check_hiding(
-    behaviour: Behaviour,
-    event_spans: Mapping[tuple[int, EventKind], Span],
+    behaviour: automata.Behaviour,
+    event_spans: Mapping[tuple[int, EventKind], source.Span],
     rest: Container[tuple[int, EventKind]],
     report: Report,
 ) -> None:
@@ -249,7 +245,7 @@ def check_hiding(
     performed = {(EventKind.REQUEST, outer.performs) for outer in behaviour.composites}
     seen: set[tuple[str, EventKind, str]] = set()
     for state in behaviour.states:
-        places: tuple[State | CompositeState, ...] = (state, *state.around)
+        places: tuple[automata.State | automata.CompositeState, ...] = (state, *state.around)
         for depth, place in enumerate(places):
             for transition in place.on_communications:
                 key = transition.event, transition.communication
@@ -270,10 +266,10 @@ def check_hiding(
 
 
 def _report_hidden(
-    transition: Transition,
-    found: tuple[str, Transition],
+    transition: automata.Transition,
+    found: tuple[str, automata.Transition],
     place: str,
-    event_spans: Mapping[tuple[int, EventKind], Span],
+    event_spans: Mapping[tuple[int, EventKind], source.Span],
     report: Report,
 ) -> None:
     outer, hidden = found
@@ -285,19 +281,19 @@ def _report_hidden(
         f"in state '{place}' this hides the transition for '{transition.event.word}'"
         f" of '{name}' that applies in {where}",
         None,
-        [Note("the hidden one is here", event_spans[hidden.span.start, hidden.event])],
+        [errors.Note("the hidden one is here", event_spans[hidden.span.start, hidden.event])],
     )
 
 
-def _hides(own: Transition, is_rest: bool, common: Transition) -> bool:
+def _hides(own: automata.Transition, is_rest: bool, common: automata.Transition) -> bool:
     """Whether a transition of a state makes one of the behaviour ineffective there.
 
     It does not if its guard reads an optional value, or the reason of an error: the other one is
     for events without a value. The one with ``else`` (``is_rest``) is for those, too.
     """
-    reads = () if own.guard is None or is_rest else walk(own.guard)
+    reads = () if own.guard is None or is_rest else traversal.walk(own.guard)
     if any(
-        isinstance(part, ValueRef) and (part.optional or isinstance(part, ReasonRef))
+        isinstance(part, tree.ValueRef) and (part.optional or isinstance(part, tree.ReasonRef))
         for part in reads
     ):
         return False
@@ -311,14 +307,14 @@ def _hides(own: Transition, is_rest: bool, common: Transition) -> bool:
     )
 
 
-def _exclude_each_other(one: Expr | None, other: Expr | None) -> bool:
+def _exclude_each_other(one: tree.Expr | None, other: tree.Expr | None) -> bool:
     """Whether two guards never hold together, which may be unknown."""
     if one is None or other is None:
         return False
-    parts = (*walk(one), *walk(other))
+    parts = (*traversal.walk(one), *traversal.walk(other))
     # The states of other components are not known yet, and what is missing is no value to try.
-    if any(isinstance(p, StateRef | PhaseRef | Holds) for p in parts):
+    if any(isinstance(p, tree.StateRef | tree.PhaseRef | tree.Holds) for p in parts):
         return False
-    if may_be_undefined(one) or may_be_undefined(other):
+    if traversal.may_be_undefined(one) or traversal.may_be_undefined(other):
         return False
     return hold_together([one, other], {}) is False

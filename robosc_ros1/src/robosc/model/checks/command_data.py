@@ -13,53 +13,26 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from robosc.expr.evaluation import evaluate
-from robosc.expr.quantified import opposite
-from robosc.expr.traversal import (
-    fold,
-    may_be_undefined,
-    parameters_of,
-    part_of,
-    path_text,
-    reads_value,
-    with_operands,
-)
-from robosc.expr.tree import (
-    TRUE,
-    Binary,
-    Expr,
-    Leaf,
-    Literal,
-    Operation,
-    ValueRef,
-)
-from robosc.expr.types import ArrayType, BooleanType, ObjectType, Type, Value
+from robosc.expr import evaluation, quantified, traversal, tree, types
 from robosc.expr.undefined_data import condition_on_data, known_condition
 from robosc.language.events import command_key
-from robosc.model.automata import Assignment, CompositeState, Transition
+from robosc.model import automata, entities
 from robosc.model.diagnostics import Report
-from robosc.model.entities import (
-    Command,
-    Component,
-    Data,
-    DataArray,
-    DataObject,
-    Requirement,
-    Robot,
-)
 from robosc.model.ros.interfaces import Field
 from robosc.model.typing.compatibility import default_value
 from robosc.runtime.values import NOW
 
-_BOOLEAN = BooleanType()
-_NOTHING = DataObject(())
+_BOOLEAN = types.BooleanType()
+_NOTHING = entities.DataObject(())
 
 Path: TypeAlias = tuple[str | int, ...]
-FieldOf: TypeAlias = Callable[[Command, Path], Field | None]
+FieldOf: TypeAlias = Callable[[entities.Command, Path], Field | None]
 """Finds the field of a command's data at a path; None if no definition is installed."""
 
 
-def with_command_data(robot: Robot, report: Report, field_of: FieldOf, supervises: bool) -> Robot:
+def with_command_data(
+    robot: entities.Robot, report: Report, field_of: FieldOf, supervises: bool
+) -> entities.Robot:
     """The robot without ``value`` of commands, or, for a supervisor, with it in conditions that
     are never undefined."""
     if report.has_errors:
@@ -79,31 +52,37 @@ def with_command_data(robot: Robot, report: Report, field_of: FieldOf, supervise
     return replace(robot, components=components, requirements=requirements)
 
 
-def _judged(requirement: Requirement) -> Requirement:
+def _judged(requirement: entities.Requirement) -> entities.Requirement:
     """The requirement, met only where it is defined."""
     return _met_where(requirement, known_condition) if requirement.on_data else requirement
 
 
-def _met_where(requirement: Requirement, condition: Callable[[Expr], Expr]) -> Requirement:
+def _met_where(
+    requirement: entities.Requirement, condition: Callable[[tree.Expr], tree.Expr]
+) -> entities.Requirement:
     met = requirement.condition
-    kept = condition(opposite(met) if requirement.forbids else met)
+    kept = condition(quantified.opposite(met) if requirement.forbids else met)
     return replace(requirement, kind="needs", condition=kept)
 
 
-def _component(component: Component, of: Callable[[str], _CommandData]) -> Component:
+def _component(
+    component: entities.Component, of: Callable[[str], _CommandData]
+) -> entities.Component:
     behaviour = component.behaviour
     if behaviour is None:
         return component
 
-    def given(transitions: Iterable[Transition]) -> tuple[Transition, ...]:
-        found: list[Transition] = []
+    def given(transitions: Iterable[automata.Transition]) -> tuple[automata.Transition, ...]:
+        found: list[automata.Transition] = []
         for transition in transitions:
-            reads = transition.event.sent and any(map(reads_value, _expressions(transition)))
+            reads = transition.event.sent and any(
+                map(traversal.reads_value, _expressions(transition))
+            )
             key = command_key(transition.communication, transition.event)
             found += of(key).cases_of(transition) if reads else [transition]
         return tuple(found)
 
-    def outer(state: CompositeState) -> CompositeState:
+    def outer(state: automata.CompositeState) -> automata.CompositeState:
         return replace(state, transitions=given(state.transitions))
 
     new = replace(
@@ -118,7 +97,7 @@ def _component(component: Component, of: Callable[[str], _CommandData]) -> Compo
     return component if new == behaviour else replace(component, behaviour=new)
 
 
-def _expressions(transition: Transition) -> Iterator[Expr]:
+def _expressions(transition: automata.Transition) -> Iterator[tree.Expr]:
     if transition.guard is not None:
         yield transition.guard
     yield from (assignment.value for assignment in transition.assignments)
@@ -127,7 +106,7 @@ def _expressions(transition: Transition) -> Iterator[Expr]:
 class _CommandData:
     """The data of one command of a controller, as expressions over the state."""
 
-    def __init__(self, robot: Robot, key: str, report: Report, field_of: FieldOf) -> None:
+    def __init__(self, robot: entities.Robot, key: str, report: Report, field_of: FieldOf) -> None:
         self._command = robot.commands[key]
         self._name = robot.display_names[key]
         self._report = report
@@ -135,67 +114,70 @@ class _CommandData:
         provides = [p for p in robot.provides if p.communication == key]
         last = next((n for n, p in enumerate(provides) if p.condition is None), None)
         given = provides if last is None else provides[: last + 1]
-        cases = [(p.condition or TRUE, p.data) for p in given]
-        self._cases: Sequence[tuple[Expr, Data]] = (
-            [*cases, (TRUE, _NOTHING)] if last is None else cases
+        cases = [(p.condition or tree.TRUE, p.data) for p in given]
+        self._cases: Sequence[tuple[tree.Expr, entities.Data]] = (
+            [*cases, (tree.TRUE, _NOTHING)] if last is None else cases
         )
 
-    def met(self, requirement: Requirement) -> Requirement:
+    def met(self, requirement: entities.Requirement) -> entities.Requirement:
         """The requirement as a condition on the state."""
 
-        def over_state(condition: Expr) -> Expr:
-            met: Expr = TRUE
+        def over_state(condition: tree.Expr) -> tree.Expr:
+            met: tree.Expr = tree.TRUE
             for where, data in reversed(self._cases):
                 case = condition_on_data(self._substituted(condition, data))
                 if case == met:
                     continue
                 here = _joined("and", where, case)
-                met = _joined("or", here, _joined("and", opposite(where), met))
+                met = _joined("or", here, _joined("and", quantified.opposite(where), met))
             return met
 
         return _met_where(requirement, over_state)
 
-    def cases_of(self, transition: Transition) -> Iterator[Transition]:
+    def cases_of(self, transition: automata.Transition) -> Iterator[automata.Transition]:
         """A transition for each provide statement that may hold."""
-        before: Expr = TRUE
+        before: tree.Expr = tree.TRUE
         for where, data in self._cases:
             guard = _joined("and", before, where)
             if transition.guard is not None:
                 guard = _joined("and", guard, self._substituted(transition.guard, data))
             assignments = tuple(
-                Assignment(a.variable, self._substituted(a.value, data), span=a.span)
+                automata.Assignment(a.variable, self._substituted(a.value, data), span=a.span)
                 for a in transition.assignments
             )
-            known = None if guard == TRUE else condition_on_data(guard)
+            known = None if guard == tree.TRUE else condition_on_data(guard)
             yield replace(transition, guard=known, assignments=assignments)
-            before = _joined("and", before, opposite(where))
+            before = _joined("and", before, quantified.opposite(where))
 
-    def _substituted(self, expr: Expr, data: Data) -> Expr:
-        def given(leaf: Literal | Leaf) -> Expr:
-            return self._at(data, leaf) if isinstance(leaf, ValueRef) else leaf
+    def _substituted(self, expr: tree.Expr, data: entities.Data) -> tree.Expr:
+        def given(leaf: tree.Literal | tree.Leaf) -> tree.Expr:
+            return self._at(data, leaf) if isinstance(leaf, tree.ValueRef) else leaf
 
-        return fold(expr, given, _folded)
+        return traversal.fold(expr, given, _folded)
 
-    def _at(self, data: Data, reference: ValueRef) -> Expr:
+    def _at(self, data: entities.Data, reference: tree.ValueRef) -> tree.Expr:
         """What provided data have at the path of a reference to ``value``."""
         path = reference.path
-        while isinstance(data, DataObject | DataArray):
+        while isinstance(data, entities.DataObject | entities.DataArray):
             if not path and data != _NOTHING:
                 return self._unknown(reference, "it is given part by part")
             inner = _inside(data, path[0]) if path else None
             if inner is None:
                 return self._left_out(reference, data, path)
             data, path = inner, path[1:]
-        if isinstance(data, Literal) and data.value is NOW:
+        if isinstance(data, tree.Literal) and data.value is NOW:
             return self._unknown(reference, "it gets the time at which it is sent")
-        return part_of(data, path, reference.type, data.span) if path else data
+        return traversal.part_of(data, path, reference.type, data.span) if path else data
 
     def _left_out(
-        self, reference: ValueRef, data: DataObject | DataArray, path: Sequence[str | int]
-    ) -> Expr:
+        self,
+        reference: tree.ValueRef,
+        data: entities.DataObject | entities.DataArray,
+        path: Sequence[str | int],
+    ) -> tree.Expr:
         """The default of a field that no provide statement gives; ``path`` leads there from the
         data."""
-        if isinstance(data, DataArray):
+        if isinstance(data, entities.DataArray):
             return self._unknown(reference, "the provide statement lists the elements of an array")
         field = self._field_of(self._command, reference.path)
         if field is None and not self._command.communication.binding.found:
@@ -210,12 +192,12 @@ class _CommandData:
         value: Any = None if field is None else field.default
         if value is None:
             value = _default(reference.type)
-            if field is not None and isinstance(reference.type, ArrayType):
+            if field is not None and isinstance(reference.type, types.ArrayType):
                 value = (_default(reference.type.element),) * field.elements
-        return Literal(value, reference.type, reference.span)
+        return tree.Literal(value, reference.type, reference.span)
 
-    def _unknown(self, reference: ValueRef, reason: str) -> Expr:
-        what = path_text(("value", *reference.path))
+    def _unknown(self, reference: tree.ValueRef, reason: str) -> tree.Expr:
+        what = traversal.path_text(("value", *reference.path))
         self._report.add(
             "data-not-given",
             reference.span or self._command.communication.span,
@@ -225,44 +207,50 @@ class _CommandData:
         return reference
 
 
-def _inside(data: DataObject | DataArray, step: str | int) -> Data | None:
-    if isinstance(data, DataObject):
+def _inside(
+    data: entities.DataObject | entities.DataArray, step: str | int
+) -> entities.Data | None:
+    if isinstance(data, entities.DataObject):
         return dict(data.fields).get(str(step))
     here = isinstance(step, int) and step < len(data.elements)
     return data.elements[int(step)] if here else None
 
 
-def _default(type_: Type) -> Any:
+def _default(type_: types.Type) -> Any:
     match type_:
-        case ObjectType(properties=properties):
+        case types.ObjectType(properties=properties):
             return {name: _default(inner) for name, inner in properties}
-        case ArrayType():
+        case types.ArrayType():
             return ()
     return default_value(type_)
 
 
-def _folded(node: Operation, operands: tuple[Expr, ...]) -> Expr:
+def _folded(node: tree.Operation, operands: tuple[tree.Expr, ...]) -> tree.Expr:
     """The operation on what stands for ``value``; what has constants only is evaluated here."""
-    whole = with_operands(node, operands)
+    whole = traversal.with_operands(node, operands)
     match whole:
-        case Binary(operator="and" | "or", left=left, right=right):
+        case tree.Binary(operator="and" | "or", left=left, right=right):
             return _joined(whole.operator, left, right)
-        case Binary(operator="=>", left=Literal() as left, right=right):
-            return _joined("or", opposite(left), right)
-    constant = all(isinstance(operand, Literal) for operand in operands)
-    if not constant or may_be_undefined(whole) or any(True for _ in parameters_of(whole)):
+        case tree.Binary(operator="=>", left=tree.Literal() as left, right=right):
+            return _joined("or", quantified.opposite(left), right)
+    constant = all(isinstance(operand, tree.Literal) for operand in operands)
+    if (
+        not constant
+        or traversal.may_be_undefined(whole)
+        or any(True for _ in traversal.parameters_of(whole))
+    ):
         return whole
-    return Literal(evaluate(whole, _no_leaf), whole.type, node.span)
+    return tree.Literal(evaluation.evaluate(whole, _no_leaf), whole.type, node.span)
 
 
-def _no_leaf(leaf: Leaf) -> Value | None:
+def _no_leaf(leaf: tree.Leaf) -> types.Value | None:
     raise AssertionError(f"{leaf} is not a constant")
 
 
-def _joined(operator: str, left: Expr, right: Expr) -> Expr:
+def _joined(operator: str, left: tree.Expr, right: tree.Expr) -> tree.Expr:
     """``and`` or ``or`` of two conditions, without constants."""
     decides = operator == "or"
     for one, other in ((left, right), (right, left)):
-        if isinstance(one, Literal):
+        if isinstance(one, tree.Literal):
             return one if one.value is decides else other
-    return Binary(operator, left, right, _BOOLEAN)
+    return tree.Binary(operator, left, right, _BOOLEAN)

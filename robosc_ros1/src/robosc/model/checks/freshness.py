@@ -11,22 +11,18 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from robosc.errors import Note
+from robosc import errors, remedies, source
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import reads_value, walk_all
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.language.events import EventKind, Kind, command_key
-from robosc.model.automata import Behaviour
+from robosc.model import automata, diagnostics, entities
 from robosc.model.checks.stale_events import check_stale_events
-from robosc.model.diagnostics import Report
-from robosc.model.entities import Communication, Component, Robot, data_expressions
-from robosc.remedies import Change, Remedy
-from robosc.source import Span
 
 _FRESH = ("fresh", "heard")
 
 
-def check_freshness(robot: Robot, report: Report, *, library: bool) -> None:
+def check_freshness(robot: entities.Robot, report: diagnostics.Report, *, library: bool) -> None:
     """Warn of commands whose requirements or data read values that may be stale, or, in a robot,
     that would go on if a message is lost.
     """
@@ -49,19 +45,19 @@ def check_freshness(robot: Robot, report: Report, *, library: bool) -> None:
                 stale[message.key][names[command]] = ref
                 told[message.key].add(command)
                 break  # one warning for each command: naming any freshness silences it
-    reported: set[Span] = set()  # copies of a statement are reported once
+    reported: set[source.Span] = set()  # copies of a statement are reported once
     for key, commands in stale.items():
         span = next(iter(commands.values())).span
         if span is not None and span not in reported:
             reported.add(span)
             message = communications[key]
-            note = Note(f"{message.name} is declared here", message.span)
+            note = errors.Note(f"{message.name} is declared here", message.span)
             report.add("stale-data", span, *_texts(commands, names[key]), [note])
     if not library:
         check_stale_events(robot, told, report)
 
 
-def _read_by_commands(robot: Robot) -> dict[str, list[Expr]]:
+def _read_by_commands(robot: entities.Robot) -> dict[str, list[Expr]]:
     """The conditions and data of each command, by its key."""
     found: dict[str, list[Expr]] = defaultdict(list)
     for requirement in robot.requirements:
@@ -72,7 +68,7 @@ def _read_by_commands(robot: Robot) -> dict[str, list[Expr]]:
             continue  # nothing keeps an error from being sent
         if provide.condition is not None:
             found[provide.communication].append(provide.condition)
-        found[provide.communication] += data_expressions(provide.data)
+        found[provide.communication] += entities.data_expressions(provide.data)
     return found
 
 
@@ -89,7 +85,7 @@ def _read(expr: Expr, lasting: Mapping[str, Expr]) -> tuple[bool, tuple[Variable
     return names_freshness, tuple(part for part in parts if isinstance(part, VariableRef))
 
 
-def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, Remedy]:
+def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, remedies.Remedy]:
     """The message, and the hint with the two edits that mend it for one of the commands."""
     (first, ref), *_ = commands.items()
     others = ", ".join(list(commands)[1:])
@@ -97,21 +93,21 @@ def _texts(commands: Mapping[str, VariableRef], message: str) -> tuple[str, Reme
     return (
         f"{first} keeps using the last value of {ref.component}.{ref.variable}"
         f" if {message} falls silent" + (f", and so {do} {others}" if others else ""),
-        Remedy(
+        remedies.Remedy(
             f"give {message} a 'timeout: 500 ms,' and add"
             f" 'requirement {first} needs {message}.fresh'"
             + (f", or for {others}" if others else ""),
-            Change.ADD_FRESHNESS,
+            remedies.Change.ADD_FRESHNESS,
             (message, "timeout: 500 ms,", *commands),
         ),
     )
 
 
 def _lasting_messages(
-    components: Sequence[Component], communications: Mapping[str, Communication]
-) -> dict[str, Communication]:
+    components: Sequence[entities.Component], communications: Mapping[str, entities.Communication]
+) -> dict[str, entities.Communication]:
     """The variables that only messages without timeout assign, each with one such message."""
-    found: dict[str, Communication] = {}
+    found: dict[str, entities.Communication] = {}
     others: set[str] = set()
     for component in components:
         for transition in component.transitions:
@@ -131,7 +127,7 @@ def _lasting_messages(
     return {key: message for key, message in found.items() if key not in others}
 
 
-def _uses_up(behaviour: Behaviour, command: str, message: str) -> bool:
+def _uses_up(behaviour: automata.Behaviour, command: str, message: str) -> bool:
     """Whether a command is enabled only after the message came, and disabled by its request.
 
     A request that failed or was cancelled may be repeated.
@@ -149,7 +145,7 @@ def _uses_up(behaviour: Behaviour, command: str, message: str) -> bool:
     return bool(enabled) and left and not (at_first or entries)
 
 
-def _targets(behaviour: Behaviour, name: str, command: str) -> list[str | None]:
+def _targets(behaviour: automata.Behaviour, name: str, command: str) -> list[str | None]:
     """The targets of a command's requests in a state; None is a self-loop."""
     state = next(state for state in behaviour.states if state.name == name)
     levels = (

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from robosc.errors import Note
-from robosc.expr.tree import StateRef
-from robosc.expr.types import NoneType
+from robosc.expr import tree, types
 from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Command, Communication, Robot
@@ -68,11 +67,11 @@ def _check_refusals(call: Communication, robot: Robot, sent: SentData, report: R
     due = {f"{where}.{path} {DUE}" for where, path in robot.performed.get(error.key, ())}
     for provide in robot.provides:
         where = provide.condition
-        performed = isinstance(where, StateRef) and f"{where.component}.{where.state}" in due
+        performed = isinstance(where, tree.StateRef) and f"{where.component}.{where.state}" in due
         if provide.communication == error.key and not performed:
             return
     hint = "take a type whose response has the fields bool success and string message"
-    if not isinstance(error.type, NoneType):
+    if not isinstance(error.type, types.NoneType):
         hint += f", or say what a refused call gets: provide {call.name}.error with {{ … }}"
     report.add(
         "refusal-not-seen",

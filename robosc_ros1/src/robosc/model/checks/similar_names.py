@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from robosc.errors import Note
+from robosc import errors, source
 from robosc.language.events import Kind
 from robosc.model.diagnostics import Report
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, ComponentTable
-from robosc.source import Span
 from robosc.syntax.nodes import Name
 
 
@@ -41,7 +40,7 @@ def _similar(names: Iterable[Name], what: str, report: Report) -> None:
                 name.span,
                 f"the {what} '{first.text}' and '{name.text}' differ only in case",
                 None,
-                [Note("the other one is here", first.span)],
+                [errors.Note("the other one is here", first.span)],
             )
 
 
@@ -70,7 +69,7 @@ def _check_topic_types(first: CommunicationInfo, second: CommunicationInfo, repo
             _topic_span(second),
             f"topic '{second.entity.identifier}' carries {two} here and {one} elsewhere",
             "ROS connects only publishers and subscribers of one type",
-            [Note("the other message is here", _topic_span(first))],
+            [errors.Note("the other message is here", _topic_span(first))],
         )
 
 
@@ -82,11 +81,11 @@ def _shared_topic(first: CommunicationInfo, second: CommunicationInfo, report: R
         f"'{first.key}' and '{second.key}' are received on one topic,"
         f" '{second.entity.identifier}': each message counts as both",
         "use one communication, to which any component can react",
-        [Note("the other message is here", _topic_span(first))],
+        [errors.Note("the other message is here", _topic_span(first))],
     )
 
 
-def _topic_span(info: CommunicationInfo) -> Span:
+def _topic_span(info: CommunicationInfo) -> source.Span:
     """The place that gives a message its topic: the import, for a component of a library."""
     imported = info.instance.imported
     if imported is not None:

@@ -12,14 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from robosc.errors import listing
+from robosc import errors, remedies
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
-from robosc.language.events import EventKind, Kind, command_key
+from robosc.language import events
 from robosc.model.automata import Behaviour, State, Transition
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication, Robot
-from robosc.remedies import Change, Remedy
 
 _ANY = object()
 """A value that is not known."""
@@ -53,7 +52,7 @@ def check_stale_events(robot: Robot, told: Mapping[str, set[str]], report: Repor
     """
     conditions = _conditions(robot)
     for message in robot.communications.values():
-        if message.kind is not Kind.OUTGOING or message.timeout is not None:
+        if message.kind is not events.Kind.OUTGOING or message.timeout is not None:
             continue
         effect = _effect(robot, message)
         commands = [
@@ -68,17 +67,17 @@ def check_stale_events(robot: Robot, told: Mapping[str, set[str]], report: Repor
             report.add("stale-event", message.span, *_texts(message.name, names))
 
 
-def _texts(message: str, commands: list[str]) -> tuple[str, Remedy]:
+def _texts(message: str, commands: list[str]) -> tuple[str, remedies.Remedy]:
     first, *others = commands
     go, them = ("go", "them") if others else ("goes", "it")
     return (
-        f"{listing(commands)} {go} on where a message of {message} is lost that forbids {them},"
-        " as while a link is cut",
-        Remedy(
+        f"{errors.listing(commands)} {go} on where a message of {message} is lost that forbids"
+        f" {them}, as while a link is cut",
+        remedies.Remedy(
             f"let {message} be repeated, also by a latched publisher, give it a"
             f" 'timeout: 1 s,' and add 'requirement {first} needs {message}.fresh'"
-            + (f", or for {listing(others)}" if others else ""),
-            Change.ADD_FRESHNESS,
+            + (f", or for {errors.listing(others)}" if others else ""),
+            remedies.Change.ADD_FRESHNESS,
             (message, "timeout: 1 s,", *commands),
         ),
     )
@@ -94,9 +93,9 @@ def _effect(robot: Robot, message: Communication) -> _Effect:
     for name, behaviour in _behaviours(robot):
         for place, taken in behaviour.placed:
             sources = [state for state in behaviour.states if state.is_in(place)]
-            if taken.event is EventKind.TAU and taken.guard is not None:
+            if taken.event is events.EventKind.TAU and taken.guard is not None:
                 internal.append((name, sources, taken))
-            elif taken.event is EventKind.RESPONSE and taken.communication == message.key:
+            elif taken.event is events.EventKind.RESPONSE and taken.communication == message.key:
                 effect.add(name, sources, taken)
     grown = bool(effect.moves or effect.values)
     while grown:
@@ -140,7 +139,7 @@ def _enabling(behaviour: Behaviour) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for place, taken in behaviour.placed:
         if taken.event.sent:
-            key = command_key(taken.communication, taken.event)
+            key = events.command_key(taken.communication, taken.event)
             states = (state.name for state in behaviour.states if state.is_in(place))
             found.setdefault(key, []).extend(states)
     return found

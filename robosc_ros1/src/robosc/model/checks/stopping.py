@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from robosc.expr.tree import Literal
-from robosc.expr.types import DoubleType, IntegerType
+from robosc.expr import tree, types
 from robosc.language.events import Kind
-from robosc.model.diagnostics import Report
-from robosc.model.entities import Robot, data_expressions
+from robosc.model import diagnostics, entities
 
 
-def check_stop(robot: Robot, report: Report) -> None:
+def check_stop(robot: entities.Robot, report: diagnostics.Report) -> None:
     """Warn of a message that carries numbers, in a model that names no stop.
 
     Nothing is told of a topic of which a message says ``stop: none``, nor where ``stop with
@@ -24,9 +22,9 @@ def check_stop(robot: Robot, report: Report) -> None:
             continue
         numbers = [
             expr
-            for expr in data_expressions(provide.data)
-            if isinstance(expr.type, IntegerType | DoubleType)
-            and not (isinstance(expr, Literal) and not expr.value)
+            for expr in entities.data_expressions(provide.data)
+            if isinstance(expr.type, types.IntegerType | types.DoubleType)
+            and not (isinstance(expr, tree.Literal) and not expr.value)
         ]
         if message.kind is Kind.INCOMING and numbers:
             here = provide.span.source is robot.span.source

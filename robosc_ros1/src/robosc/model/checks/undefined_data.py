@@ -9,24 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from robosc.expr.traversal import walk, walk_all
-from robosc.expr.tree import (
-    Aggregate,
-    Binary,
-    Call,
-    Convert,
-    ElementRef,
-    Expr,
-    Holds,
-    Literal,
-    Operation,
-    Part,
-    Unary,
-    ValueRef,
-    VariableRef,
-    condition_of,
-)
-from robosc.expr.types import EnumType, Type
+from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Assignment, Transition
 from robosc.model.checks.indexes import Lengths, has_open_index
@@ -124,15 +107,17 @@ def _from_messages(robot: Robot) -> Iterator[tuple[Component, Transition]]:
                 yield component, transition
 
 
-def _asks_for_data(condition: Expr) -> bool:
+def _asks_for_data(condition: tree.Expr) -> bool:
     """Whether a condition says itself what there must be: ``length(…) > 0``, ``defined(…)``."""
     return any(True for _ in _asked_for(condition))
 
 
-def _asked_for(condition: Expr) -> Iterator[Expr]:
+def _asked_for(condition: tree.Expr) -> Iterator[tree.Expr]:
     """The parts of a condition that ask for data."""
-    for part in walk(condition):
-        if isinstance(part, Holds) or (isinstance(part, Call) and part.operator == "length"):
+    for part in traversal.walk(condition):
+        if isinstance(part, tree.Holds) or (
+            isinstance(part, tree.Call) and part.operator == "length"
+        ):
             yield part
 
 
@@ -142,7 +127,7 @@ def _asked_for(condition: Expr) -> Iterator[Expr]:
 def _needed(robot: Robot) -> set[str]:
     """The keys of variables on which commands depend, directly or through other variables."""
     read = [requirement.condition for requirement in robot.requirements]
-    sources: dict[str, list[Expr]] = {}
+    sources: dict[str, list[tree.Expr]] = {}
     for component in robot.components:
         for transition in component.transitions:
             read += [] if transition.guard is None else [transition.guard]
@@ -162,14 +147,14 @@ def _needed(robot: Robot) -> set[str]:
     return needed
 
 
-def _variables(exprs: Iterable[Expr]) -> set[str]:
-    return {part.key for part in walk_all(exprs) if isinstance(part, VariableRef)}
+def _variables(exprs: Iterable[tree.Expr]) -> set[str]:
+    return {part.key for part in traversal.walk_all(exprs) if isinstance(part, tree.VariableRef)}
 
 
 def _lets_happen(robot: Robot, key: str, value: object) -> bool:
     """Whether some command is possible with a value of a variable, and not with another one."""
     type_ = robot.variables[key].type
-    others = type_.values if isinstance(type_, EnumType) else (True, False)
+    others = type_.values if isinstance(type_, types.EnumType) else (True, False)
     for condition, wanted in _conditions_of_commands(robot):
         if _outcome(condition, key, value) is (not wanted):
             continue
@@ -181,7 +166,7 @@ def _lets_happen(robot: Robot, key: str, value: object) -> bool:
 _DECIDED = (EventKind.REQUEST, EventKind.ANSWER, EventKind.REFUSAL, EventKind.TAU)
 
 
-def _conditions_of_commands(robot: Robot) -> Iterator[tuple[Expr, bool]]:
+def _conditions_of_commands(robot: Robot) -> Iterator[tuple[tree.Expr, bool]]:
     """What commands depend on, each with what it must come to."""
     for requirement in robot.requirements:
         yield requirement.condition, not requirement.forbids
@@ -192,23 +177,23 @@ def _conditions_of_commands(robot: Robot) -> Iterator[tuple[Expr, bool]]:
     yield from ((p.condition, True) for p in robot.provides if p.condition is not None)
 
 
-def _outcome(condition: Expr, key: str, value: object) -> bool | None:
+def _outcome(condition: tree.Expr, key: str, value: object) -> bool | None:
     """What a condition comes to where a variable has a value; None if that does not decide it."""
     match condition:
-        case VariableRef() if condition.key == key:
+        case tree.VariableRef() if condition.key == key:
             return value is True
-        case Literal(value=bool(known)):
+        case tree.Literal(value=bool(known)):
             return known
-        case Holds(operand=operand):
+        case tree.Holds(operand=operand):
             return _outcome(operand, key, value)
-        case Unary(operator="!", operand=operand):
+        case tree.Unary(operator="!", operand=operand):
             outcome = _outcome(operand, key, value)
             return None if outcome is None else not outcome
-        case Binary(
-            operator="=" | "!=", left=VariableRef() as left, right=Literal(value=right)
+        case tree.Binary(
+            operator="=" | "!=", left=tree.VariableRef() as left, right=tree.Literal(value=right)
         ) if left.key == key:
             return (value == right) is (condition.operator == "=")
-        case Binary(left=left, right=right) if condition.operation.decider is not None:
+        case tree.Binary(left=left, right=right) if condition.operation.decider is not None:
             operation = condition.operation
             first, second = _outcome(left, key, value), _outcome(right, key, value)
             if first is operation.decider:
@@ -226,11 +211,11 @@ def _outcome(condition: Expr, key: str, value: object) -> bool | None:
 class _Nothing:
     """What expressions come to where the arrays of a message of some type bring nothing."""
 
-    def __init__(self, type_: Type, lengths: Lengths) -> None:
+    def __init__(self, type_: types.Type, lengths: Lengths) -> None:
         self._type = type_
         self._lengths = lengths
 
-    def of(self, expr: Expr) -> object | None:
+    def of(self, expr: tree.Expr) -> object | None:
         """``_UNDEFINED``, a boolean or the value of an enum; None if nothing follows.
 
         What the model itself says of missing data, by ``else``, ``defined`` or ``length``, does not
@@ -239,43 +224,48 @@ class _Nothing:
         if _asks_for_data(expr):
             return None
         match expr:
-            case ValueRef(path=(), type=EnumType() as enum):
+            case tree.ValueRef(path=(), type=types.EnumType() as enum):
                 return self._converted(enum)
-            case ValueRef(path=path):
+            case tree.ValueRef(path=path):
                 open_ = has_open_index(path, self._type, self._lengths)
                 return _UNDEFINED if open_ else None
-            case ElementRef() | Literal() | VariableRef():
+            case tree.ElementRef() | tree.Literal() | tree.VariableRef():
                 return None
-            case Aggregate():
+            case tree.Aggregate():
                 return self._aggregate(expr)
-            case Binary(operator="else"):
+            case tree.Binary(operator="else"):
                 found = self.of(expr.left)
                 return None if found is _UNDEFINED else found
-            case Binary(operator="/") if _reads_data(expr.right) and not _is_positive(expr.right):
+            case tree.Binary(operator="/") if _reads_data(expr.right) and not _is_positive(
+                expr.right
+            ):
                 return _UNDEFINED
-            case Binary() if expr.operation.decider is not None:
+            case tree.Binary() if expr.operation.decider is not None:
                 return self._decided(expr)
-            case Unary(operator="!"):
+            case tree.Unary(operator="!"):
                 found = self.of(expr.operand)
                 return not found if isinstance(found, bool) else found
-            case Convert(argument=ValueRef(path=()) as argument, type=enum):
+            case tree.Convert(argument=tree.ValueRef(path=()) as argument, type=enum):
                 return _Nothing(argument.type, self._lengths)._converted(enum)
-            case Call(operator="element"):
+            case tree.Call(operator="element"):
                 return _UNDEFINED
-        if isinstance(expr, Part) and any(isinstance(step, int) for step in expr.path):
+        if isinstance(expr, tree.Part) and any(isinstance(step, int) for step in expr.path):
             return _UNDEFINED
-        operands = expr.operands if isinstance(expr, Operation) else ()
+        operands = expr.operands if isinstance(expr, tree.Operation) else ()
         return _UNDEFINED if any(self.of(o) is _UNDEFINED for o in operands) else None
 
-    def _aggregate(self, expr: Aggregate) -> object | None:
-        if isinstance(expr.array, Literal) and expr.condition is None:
+    def _aggregate(self, expr: tree.Aggregate) -> object | None:
+        if isinstance(expr.array, tree.Literal) and expr.condition is None:
             return None
         if expr.operator in ("min", "max", "first"):
             return _UNDEFINED
-        is_slice = isinstance(expr.array, Call) and expr.array.operator in ("section", "sector")
+        is_slice = isinstance(expr.array, tree.Call) and expr.array.operator in (
+            "section",
+            "sector",
+        )
         return {"any": False, "all": True}.get(expr.operator) if is_slice else None
 
-    def _decided(self, expr: Binary) -> object | None:
+    def _decided(self, expr: tree.Binary) -> object | None:
         """Of ``and``, ``or``, ``=>``: what the sides that come of nothing decide alone."""
         decider, decided = expr.operation.decider, expr.operation.decided
         left, right = self.of(expr.left), self.of(expr.right)
@@ -287,25 +277,28 @@ class _Nothing:
             return right
         return None if left is None else not decided
 
-    def _converted(self, enum: EnumType) -> object | None:
+    def _converted(self, enum: types.EnumType) -> object | None:
         """The value that the rules of an enum lead to; None if no rule asks for missing data."""
         inner = _Nothing(enum.source, self._lengths)
         asked = False
         for rule in enum.rules:
-            found = inner.of(condition_of(rule)) if rule.condition is not None else True
+            found = inner.of(tree.condition_of(rule)) if rule.condition is not None else True
             if found is True:
                 return rule.value if asked or rule.condition is not None else None
             asked |= found is not None
         return enum.default if asked else None
 
 
-def _reads_data(expr: Expr) -> bool:
-    return any(isinstance(part, ValueRef | VariableRef | ElementRef) for part in walk(expr))
+def _reads_data(expr: tree.Expr) -> bool:
+    return any(
+        isinstance(part, tree.ValueRef | tree.VariableRef | tree.ElementRef)
+        for part in traversal.walk(expr)
+    )
 
 
-def _is_positive(expr: Expr) -> bool:
+def _is_positive(expr: tree.Expr) -> bool:
     """Whether a divisor is surely no 0: ``max(speed, 0.001)``."""
-    if not (isinstance(expr, Call) and expr.operator == "max"):
+    if not (isinstance(expr, tree.Call) and expr.operator == "max"):
         return False
-    numbers = (part.value for part in expr.operands if isinstance(part, Literal))
+    numbers = (part.value for part in expr.operands if isinstance(part, tree.Literal))
     return any(isinstance(number, int | float) and number > 0 for number in numbers)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from robosc.expr import tree, types
 from robosc.expr.traversal import walk_all
-from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, VariableRef
-from robosc.expr.types import EnumType
 from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.state_variables import all_expressions
 from robosc.model.declarations.type_declarations import TypeDeclarations
@@ -74,9 +73,9 @@ _WORDS = {
 
 
 def _check_variables(
-    component_table: ComponentTable, expressions: Iterable[Expr], report: Report
+    component_table: ComponentTable, expressions: Iterable[tree.Expr], report: Report
 ) -> None:
-    read = {part.key for part in walk_all(expressions) if isinstance(part, VariableRef)}
+    read = {part.key for part in walk_all(expressions) if isinstance(part, tree.VariableRef)}
     own = [i for i in component_table.instances.values() if i.imported is None]
     # Copies of a component share their declarations: a variable is read if that of one copy is.
     read_at = {
@@ -97,7 +96,7 @@ def _check_variables(
 
 
 def _check_timeouts(
-    components: Iterable[Component], expressions: Iterable[Expr], report: Report
+    components: Iterable[Component], expressions: Iterable[tree.Expr], report: Report
 ) -> None:
     """Report timeouts of messages that nothing reacts to; those of services are deadlines."""
     noticed = {
@@ -106,7 +105,7 @@ def _check_timeouts(
         for transition in component.transitions
         if transition.event is EventKind.TIMEOUT
     }
-    noticed |= {p.communication for p in walk_all(expressions) if isinstance(p, PhaseRef)}
+    noticed |= {p.communication for p in walk_all(expressions) if isinstance(p, tree.PhaseRef)}
     timed = [
         c
         for component in components
@@ -129,7 +128,7 @@ def _check_timeouts(
 
 def _check_enum_values(
     scope: FileScope,
-    expressions: list[Expr],
+    expressions: list[tree.Expr],
     type_declarations: TypeDeclarations,
     report: Report,
 ) -> None:
@@ -138,11 +137,11 @@ def _check_enum_values(
     compared: set[str] = set()
     for part in walk_all(expressions):
         match part:
-            case Literal(type=EnumType(name=name, origin=origin)):
+            case tree.Literal(type=types.EnumType(name=name, origin=origin)):
                 if origin == scope.origin:
                     named.add(name)
-            case Binary(left=left, right=right) if isinstance(left.type, EnumType):
-                if not isinstance(left, Literal) and not isinstance(right, Literal):
+            case tree.Binary(left=left, right=right) if isinstance(left.type, types.EnumType):
+                if not isinstance(left, tree.Literal) and not isinstance(right, tree.Literal):
                     compared.add(left.type.name)
     for name in scope.datatypes:
         node = type_declarations.nodes[scope.origin, name]

@@ -7,28 +7,9 @@ from dataclasses import replace
 from itertools import chain
 from typing import TypeAlias
 
-from robosc.expr.traversal import fold
-from robosc.expr.tree import (
-    Aggregate,
-    Convert,
-    ElementRef,
-    Expr,
-    Leaf,
-    Literal,
-    Made,
-    Operation,
-    ValueRef,
-    condition_of,
-)
-from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
+from robosc.expr import traversal, tree, types
 from robosc.language.events import Direction
-from robosc.model.entities import (
-    Data,
-    DataArray,
-    DataObject,
-    Robot,
-    data_expressions,
-)
+from robosc.model import entities
 
 Path: TypeAlias = tuple[str, ...]
 """Names of members from the whole message on; an array's elements have the path of the array."""
@@ -41,7 +22,7 @@ class Usage:
     """The paths of each communication's data that components and requirements read and provide
     statements send."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: entities.Robot) -> None:
         self._paths: dict[tuple[str, Direction], set[Path]] = {}
         commands = robot.commands
 
@@ -53,7 +34,7 @@ class Usage:
 
         sorts = {key: c.sort for key, c in robot.communications.items()}
         for provide in robot.provides:
-            exprs = data_expressions(provide.data)
+            exprs = entities.data_expressions(provide.data)
             conditions = () if provide.condition is None else (provide.condition,)
             asked = (path for expr in (*exprs, *conditions) for path in _read(expr))
             self._add(*sent(provide.communication), (*_sent(provide.data), *asked))
@@ -90,23 +71,18 @@ class Usage:
             path[: len(used)] == used[: len(path)] for used in self._paths.get((key, direction), ())
         )
 
-    def part(self, key: str, direction: Direction, type_: Type) -> Type:
+    def part(self, key: str, direction: Direction, type_: types.Type) -> types.Type:
         """The communication's type without the members that nothing reads or sends."""
         return _kept(type_, self._paths.get((key, direction), set()))
 
 
-def converted_part(enum: EnumType) -> Type:
-    """The source type of an enum without the members that its rules do not read."""
-    return _kept(enum.source, set(_converted(enum)))
-
-
-def _kept(type_: Type, used: Set[Path]) -> Type:
+def _kept(type_: types.Type, used: Set[Path]) -> types.Type:
     if () in used:
         return type_
     match type_:
-        case ArrayType(element=element):
+        case types.ArrayType(element=element):
             return replace(type_, element=_kept(element, used))
-        case ObjectType(properties=properties):
+        case types.ObjectType(properties=properties):
             inner = {name: {p[1:] for p in used if p[0] == name} for name, _ in properties}
             kept = tuple(
                 (name, _kept(type_, inner[name])) for name, type_ in properties if inner[name]
@@ -115,27 +91,29 @@ def _kept(type_: Type, used: Set[Path]) -> Type:
     return type_
 
 
-def _read(expr: Expr) -> tuple[Path, ...]:
+def _read(expr: tree.Expr) -> tuple[Path, ...]:
     """The paths that an expression reads."""
     elements: dict[str, tuple[Path, ...]] = {}
     """By the variables of enclosing aggregates: the paths of the arrays that they range over."""
 
-    def leaf(node: Literal | Leaf) -> tuple[Path, ...]:
+    def leaf(node: tree.Literal | tree.Leaf) -> tuple[Path, ...]:
         match node:
-            case ValueRef(path=path):
+            case tree.ValueRef(path=path):
                 return (_names(path),)
-            case ElementRef(variable=variable, path=path):
+            case tree.ElementRef(variable=variable, path=path):
                 return tuple((*array, *_names(path)) for array in elements.get(variable, ()))
         return ()
 
-    def strict(node: Operation, operands: tuple[tuple[Path, ...], ...]) -> tuple[Path, ...]:
+    def strict(node: tree.Operation, operands: tuple[tuple[Path, ...], ...]) -> tuple[Path, ...]:
         read = tuple(chain.from_iterable(operands))
-        if isinstance(node, Convert):
+        if isinstance(node, tree.Convert):
             return tuple((*path, *inner) for inner in _converted(node.type) for path in read)
         return read
 
     def through_array(
-        node: Aggregate, arrays: tuple[Path, ...], visit: Callable[[Expr], tuple[Path, ...]]
+        node: tree.Aggregate,
+        arrays: tuple[Path, ...],
+        visit: Callable[[tree.Expr], tuple[Path, ...]],
     ) -> tuple[Path, ...]:
         elements[node.variable] = arrays
         parts = (node.element, node.condition)
@@ -143,38 +121,38 @@ def _read(expr: Expr) -> tuple[Path, ...]:
         # An array of which only the length counts is read, too.
         return found + tuple(a for a in arrays if not any(p[: len(a)] == a for p in found))
 
-    return fold(expr, leaf, strict, bound=through_array)
+    return traversal.fold(expr, leaf, strict, bound=through_array)
 
 
 def _names(path: tuple[str | int, ...]) -> Path:
     return tuple(step for step in path if isinstance(step, str))
 
 
-def _converted(type_: Type) -> Iterator[Path]:
+def _converted(type_: types.Type) -> Iterator[Path]:
     """The paths that the rules of enums read, wherever in a type the enums are."""
     match type_:
-        case EnumType(source=source, rules=rules):
+        case types.EnumType(source=source, rules=rules):
             for rule in rules:
-                yield from _read(condition_of(rule))
+                yield from _read(tree.condition_of(rule))
             yield from _converted(source)
-        case ArrayType(element=element):
+        case types.ArrayType(element=element):
             yield from _converted(element)
-        case ObjectType(properties=properties):
+        case types.ObjectType(properties=properties):
             for name, inner in properties:
                 yield from ((name, *path) for path in _converted(inner))
 
 
-def _sent(data: Data) -> Iterator[Path]:
+def _sent(data: entities.Data) -> Iterator[Path]:
     match data:
-        case DataObject(fields=fields):
+        case entities.DataObject(fields=fields):
             for name, inner in fields:
                 yield from ((name, *path) for path in _sent(inner))
-        case DataArray(elements=elements):
+        case entities.DataArray(elements=elements):
             for inner in elements:
                 yield from _sent(inner)
-        case Aggregate(element=Made() as inner) if data.makes_array:
+        case tree.Aggregate(element=tree.Made() as inner) if data.makes_array:
             yield from _sent(inner)
-        case Made(names=names, operands=parts) if names:
+        case tree.Made(names=names, operands=parts) if names:
             for name, part in zip(names, parts, strict=True):
                 yield from ((name, *path) for path in _sent(part))
         case _:

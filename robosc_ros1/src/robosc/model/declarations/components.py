@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from robosc.errors import Note
-from robosc.expr.tree import Expr
+from robosc.expr import tree, undefined_data
 from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
-from robosc.expr.undefined_data import condition_on_data
 from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication
@@ -29,26 +28,9 @@ from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import EXPECTATION, no_value, response_of
 from robosc.names import is_frame, ros_name_fault, snake_case
-from robosc.runtime.settings import FASTEST
-from robosc.runtime.transforms import plain
+from robosc.runtime import settings, transforms
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    ActionNode,
-    BehaviourNode,
-    CommunicationNode,
-    ExprNode,
-    InterfaceNode,
-    MessageNode,
-    Name,
-    RateNode,
-    RosTypeNode,
-    ServiceNode,
-    StateNode,
-    StringNode,
-    TransformNode,
-    TypeNode,
-    VariableNode,
-)
+from robosc.syntax import nodes
 
 NONE = NoneType()
 TRANSFORM_RATE = 20.0
@@ -63,7 +45,7 @@ def join(prefix: str, name: str) -> str:
 def declare(instance: Instance, report: Report) -> None:
     """Fill the tables of an instance from its node."""
     for item in instance.node.items:
-        if isinstance(item, BehaviourNode):
+        if isinstance(item, nodes.BehaviourNode):
             if instance.behaviour is not None:
                 report.add(
                     "several-behaviours",
@@ -77,22 +59,22 @@ def declare(instance: Instance, report: Report) -> None:
                 continue
             instance.behaviour = item
             _declare_behaviour(instance, item, report)
-        elif isinstance(item, MessageNode | ServiceNode | ActionNode):
+        elif isinstance(item, nodes.MessageNode | nodes.ServiceNode | nodes.ActionNode):
             _declare_communication(instance, item, report)
 
 
-def _head(node: BehaviourNode, keyword: str) -> Span:
+def _head(node: nodes.BehaviourNode, keyword: str) -> Span:
     """The span of the keyword with which a node begins."""
     return Span(node.span.source, node.span.start, node.span.start + len(keyword))
 
 
-def _declare_behaviour(instance: Instance, node: BehaviourNode, report: Report) -> None:
+def _declare_behaviour(instance: Instance, node: nodes.BehaviourNode, report: Report) -> None:
     names = instance.types.scope.names
     for item in node.items:
         match item:
-            case StateNode():
+            case nodes.StateNode():
                 _declare_state(instance, item, "", report)
-            case VariableNode(name=name):
+            case nodes.VariableNode(name=name):
                 names.declare(item, instance.name)
                 if name.text in instance.variables:
                     first = instance.variable_nodes[name.text]
@@ -102,7 +84,7 @@ def _declare_behaviour(instance: Instance, node: BehaviourNode, report: Report) 
                     instance.variable_nodes[name.text] = item
 
 
-def _declare_state(instance: Instance, node: StateNode, inside: str, report: Report) -> None:
+def _declare_state(instance: Instance, node: nodes.StateNode, inside: str, report: Report) -> None:
     """Enter a state and those in it; ``inside`` is the path of the one around it."""
     instance.types.scope.names.declare(node, instance.name)
     path = path_of(node, inside)
@@ -116,8 +98,8 @@ def _declare_state(instance: Instance, node: StateNode, inside: str, report: Rep
 
 def _duplicate(
     what: str,
-    second: StateNode | VariableNode | CommunicationNode,
-    first: StateNode | VariableNode | CommunicationNode,
+    second: nodes.StateNode | nodes.VariableNode | nodes.CommunicationNode,
+    first: nodes.StateNode | nodes.VariableNode | nodes.CommunicationNode,
     instance: Instance,
     report: Report,
 ) -> None:
@@ -130,7 +112,7 @@ def _duplicate(
     )
 
 
-def _variable_type(instance: Instance, node: VariableNode, report: Report) -> Type | None:
+def _variable_type(instance: Instance, node: nodes.VariableNode, report: Report) -> Type | None:
     type_ = instance.types.resolve(node.type)
     if not isinstance(type_, NoneType):
         return type_
@@ -146,7 +128,9 @@ def _variable_type(instance: Instance, node: VariableNode, report: Report) -> Ty
 # --- communications ------------------------------------------------------------------------------
 
 
-def _declare_communication(instance: Instance, node: CommunicationNode, report: Report) -> None:
+def _declare_communication(
+    instance: Instance, node: nodes.CommunicationNode, report: Report
+) -> None:
     name = node.name.text
     instance.types.scope.names.declare(node, instance.name)
     if name in instance.communications:
@@ -163,7 +147,9 @@ def _declare_communication(instance: Instance, node: CommunicationNode, report: 
     )
 
 
-def _carried(instance: Instance, node: TypeNode, report: Report, *, sent: bool) -> Type | None:
+def _carried(
+    instance: Instance, node: nodes.TypeNode, report: Report, *, sent: bool
+) -> Type | None:
     """The type of a communication's data; None after an error."""
     type_ = instance.types.resolve(node)
     if isinstance(type_, ArrayType):
@@ -237,17 +223,17 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     identifier = _identifier(info, report)
     timeout = _duration(info, info.node.timeout, "a timeout", symbols, report)
     within = max_age = expect = None
-    if isinstance(info.node, MessageNode):
+    if isinstance(info.node, nodes.MessageNode):
         max_age = _duration(info, info.node.max_age, "'max_age:'", symbols, report)
-    if isinstance(info.node, ActionNode):
+    if isinstance(info.node, nodes.ActionNode):
         within = _duration(info, info.node.within, "'within:'", symbols, report)
-    if isinstance(info.node, ServiceNode | ActionNode):
+    if isinstance(info.node, nodes.ServiceNode | nodes.ActionNode):
         expect = _expectation(info, info.node.expect, report)
     rate = None if info.node.rate is None else _rate(info.node.rate, report)
     goals = getattr(info.node, "goals", None)
     stop = getattr(info.node, "stop", None)
     frames = None
-    if isinstance(info.node, TransformNode):
+    if isinstance(info.node, nodes.TransformNode):
         frames = _frames(info.node, report)
         rate = TRANSFORM_RATE if rate is None else rate
     interface, known = _interface(info, report)
@@ -256,7 +242,7 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
     binding = binder.bind(info.key, info.node, tuple(_payloads(info)), interface)
     if binding is None or identifier is None:
         return
-    if isinstance(info.node, MessageNode) and info.node.max_age is not None:
+    if isinstance(info.node, nodes.MessageNode) and info.node.max_age is not None:
         binder.check_header(binding, info.node.max_age.span)
     info.entity = Communication(
         info.name,
@@ -281,11 +267,11 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
 
 def _duration(
     info: CommunicationInfo,
-    node: ExprNode | None,
+    node: nodes.ExprNode | None,
     what: str,
     symbols: SymbolTable,
     report: Report,
-) -> Expr | None:
+) -> tree.Expr | None:
     """The duration of an attribute; None if it has none, or after an error."""
     if node is None:
         return None
@@ -294,42 +280,44 @@ def _duration(
     return found if found and is_long_enough(found, what, node.span, report) else None
 
 
-def _rate(node: RateNode | Name, report: Report) -> float | str:
+def _rate(node: nodes.RateNode | nodes.Name, report: Report) -> float | str:
     """What ``rate:`` says: how often per second, or ``once``."""
-    if isinstance(node, Name):
+    if isinstance(node, nodes.Name):
         return node.text
     if node.hertz <= 0:
         report.add("out-of-range", node.span, "a rate is more than 0 Hz", "write: once")
-    elif node.hertz > FASTEST:
-        text = f"a rate is at most {FASTEST:g} Hz: no command is repeated faster"
+    elif node.hertz > settings.FASTEST:
+        text = f"a rate is at most {settings.FASTEST:g} Hz: no command is repeated faster"
         report.add("out-of-range", node.span, text)
     return float(node.hertz)
 
 
-def _expectation(info: CommunicationInfo, node: ExprNode | None, report: Report) -> Expr | None:
+def _expectation(
+    info: CommunicationInfo, node: nodes.ExprNode | None, report: Report
+) -> tree.Expr | None:
     """What an ``expect:`` says of a response; None if there is none, or after an error."""
     if node is None:
         return None
     incoming = response_of(info.name, info.response)
     found = Typer(report, info.instance.types, None, incoming).check(node, BOOLEAN, EXPECTATION)
-    return None if found is None else condition_on_data(found)
+    return None if found is None else undefined_data.condition_on_data(found)
 
 
 def _payloads(info: CommunicationInfo) -> Iterator[Payload]:
-    nodes = types_of(info.node)
+    written = types_of(info.node)
     for direction, type_ in info.types.items():
         assert type_ is not None
-        yield Payload(type_, nodes[direction], direction, direction in info.sort.sent)
+        yield Payload(type_, written[direction], direction, direction in info.sort.sent)
 
 
 def _interface(
     info: CommunicationInfo, report: Report
-) -> tuple[InterfaceNode | RosTypeNode | None, bool]:
+) -> tuple[nodes.InterfaceNode | nodes.RosTypeNode | None, bool]:
     """The linked interface or ROS type, and whether the link is free of errors."""
     links = info.node.links
     scope = info.instance.types.scope
-    type_ = info.node.type if isinstance(info.node, MessageNode) else info.node.request
-    if links is None and isinstance(type_, RosTypeNode):
+    type_ = info.node.type if isinstance(info.node, nodes.MessageNode) else info.node.request
+    if links is None and isinstance(type_, nodes.RosTypeNode):
         return type_, True
     if links is None:
         return None, not scope.is_cut_short(info.node.span)
@@ -349,28 +337,29 @@ def _interface(
     return found, is_legal(found)
 
 
-def _frames(node: TransformNode, report: Report) -> tuple[str, str] | None:
+def _frames(node: nodes.TransformNode, report: Report) -> tuple[str, str] | None:
     """The frames of a transform, as their names are compared."""
     assert node.source and node.target
-    source, target = (plain(name.text) for name in (node.source, node.target))
+    source, target = (transforms.plain(name.text) for name in (node.source, node.target))
     for name in (node.source, node.target):
-        if not is_frame(plain(name.text)):
+        if not is_frame(transforms.plain(name.text)):
             text = f"{name.span.text} is no name of a frame"
             report.add("frames", name.span, text, 'write it as in /tf, such as "base_link"')
     if source == target:
         text = f"the transform '{node.name.text}' is from a frame to itself"
         report.add("frames", node.target.span, text, "name the frame whose pose it gives")
-    if isinstance(node.rate, Name):
+    if isinstance(node.rate, nodes.Name):
         text = "a transform comes by itself, and 'rate:' says how often at most"
         report.add("frames", node.rate.span, text, "write: 20 Hz")
     return source, target
 
 
 def _identifier(info: CommunicationInfo, report: Report) -> str | None:
-    if isinstance(info.node, TransformNode):
+    if isinstance(info.node, nodes.TransformNode):
         assert info.node.source and info.node.target
-        return f"/tf from {plain(info.node.source.text)} to {plain(info.node.target.text)}"
-    written: StringNode | None = info.node.identifier
+        source, target = info.node.source.text, info.node.target.text
+        return f"/tf from {transforms.plain(source)} to {transforms.plain(target)}"
+    written: nodes.StringNode | None = info.node.identifier
     name = written.text if written is not None else info.name
     if written is None and info.instance.node.copy is not None:
         name = f"{snake_case(info.instance.name)}/{name}"
@@ -384,7 +373,7 @@ def _identifier(info: CommunicationInfo, report: Report) -> str | None:
     return None if prefix is None else join(prefix, name)
 
 
-def check_prefix(node: StringNode, report: Report) -> str | None:
+def check_prefix(node: nodes.StringNode, report: Report) -> str | None:
     """The text of a prefix; None after an error."""
     text = node.text
     stripped = text.rstrip("/")
@@ -395,9 +384,9 @@ def check_prefix(node: StringNode, report: Report) -> str | None:
     return text
 
 
-def check_interfaces(nodes: dict[str, InterfaceNode], report: Report) -> None:
+def check_interfaces(interfaces: dict[str, nodes.InterfaceNode], report: Report) -> None:
     """Report names of types and packages that ROS does not allow."""
-    for node in nodes.values():
+    for node in interfaces.values():
         for name, what in ((node.type, "type"), (node.package, "package")):
             if not name.text[0].isalpha():
                 report.add(

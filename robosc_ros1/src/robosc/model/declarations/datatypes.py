@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
-from robosc import limits
+from robosc import limits, remedies
 from robosc.expr.tree import Expr
 from robosc.expr.types import (
     TYPES_BY_WORD,
@@ -32,31 +32,17 @@ from robosc.model.names.scope import FileScope, report_duplicate
 from robosc.model.names.value_scope import ValueScope
 from robosc.model.ros.interfaces import KINDS, Interface, Missing
 from robosc.model.ros.missing import MissingDefinitions
-from robosc.remedies import Change, Hint, Remedy, write, write_one
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    Access,
-    ArgumentNode,
-    ArrayTypeNode,
-    BasicTypeNode,
-    EnumNode,
-    EnumRuleNode,
-    ExprNode,
-    Name,
-    NamedTypeNode,
-    ObjectNode,
-    RosTypeNode,
-    TypeNode,
-)
+from robosc.syntax import nodes
 
-ConditionTyper = Callable[["TypeTable", ExprNode, Type], Expr | None]
+ConditionTyper = Callable[["TypeTable", nodes.ExprNode, Type], Expr | None]
 
 
 @dataclass(frozen=True)
 class Given:
     """The value of a constant or parameter that an import sets, with the import's types."""
 
-    node: ArgumentNode
+    node: nodes.ArgumentNode
     types: TypeTable
     report: Report
 
@@ -100,17 +86,17 @@ class TypeTable(KnownTypes):
         for name in self.scope.datatypes:
             self._named(name)
         for node in self.scope.duplicates:
-            if isinstance(node, ObjectNode):
+            if isinstance(node, nodes.ObjectNode):
                 self._object(node)
-            elif isinstance(node, EnumNode):
+            elif isinstance(node, nodes.EnumNode):
                 self._enum(node)
 
-    def resolve(self, node: TypeNode) -> Type | None:
+    def resolve(self, node: nodes.TypeNode) -> Type | None:
         """The type of a node; None after a reported error."""
         match node:
-            case BasicTypeNode():
+            case nodes.BasicTypeNode():
                 return self._basic(node)
-            case ArrayTypeNode(element=element):
+            case nodes.ArrayTypeNode(element=element):
                 inner = self.resolve(element)
                 if isinstance(inner, NoneType):
                     self._report.add(
@@ -120,11 +106,11 @@ class TypeTable(KnownTypes):
                     )
                     return None
                 return None if inner is None else ArrayType(inner)
-            case RosTypeNode():
+            case nodes.RosTypeNode():
                 return self._ros_type(node)
-            case NamedTypeNode(library=Name() as library):
+            case nodes.NamedTypeNode(library=nodes.Name() as library):
                 return self._of_library(node, library)
-            case NamedTypeNode(name=name):
+            case nodes.NamedTypeNode(name=name):
                 self.scope.names.use(name, self.scope.datatypes.get(name.text))
                 if name.text not in self.scope.datatypes:
                     self._unknown(node)
@@ -138,21 +124,21 @@ class TypeTable(KnownTypes):
                 named = self._named(name.text, node)
                 return named if named is None else self._shallow(node, named)
 
-    def of_value(self, node: TypeNode) -> Type | None:
+    def of_value(self, node: nodes.TypeNode) -> Type | None:
         """The type of a constant or parameter, which may also be a duration."""
         match node:
-            case NamedTypeNode(name=Name(text="duration"), library=None):
+            case nodes.NamedTypeNode(name=nodes.Name(text="duration"), library=None):
                 if "duration" not in self.scope.datatypes:
                     return DurationType()
         return self.resolve(node)
 
-    def _of_library(self, node: NamedTypeNode, library: Name) -> Type | None:
+    def _of_library(self, node: nodes.NamedTypeNode, library: nodes.Name) -> Type | None:
         """The type ``Library.Name`` of an imported library; None after a reported error."""
         table = self.libraries.get(library.text)
         if table is None:
             if library.text in self._packages_with(node.name.text):
                 message = "the parts of a ROS type are joined by '/'"
-                meant = write(f"{library.text}/{node.name.text}")
+                meant = remedies.write(f"{library.text}/{node.name.text}")
                 self._report.add("unknown-type", node.span, message, meant)
             elif not self.scope.is_unresolved(library.text):
                 self._report.add(
@@ -175,7 +161,7 @@ class TypeTable(KnownTypes):
         self.scope.names.use(node.name, table.scope.datatypes[node.name.text])
         return type_
 
-    def _ros_type(self, node: RosTypeNode) -> Type | None:
+    def _ros_type(self, node: nodes.RosTypeNode) -> Type | None:
         package, name = node.package, node.type
         self.scope.names.note(package, Symbol(SymbolKind.ROS_PACKAGE, package.text))
         self.scope.names.note(name, Symbol(SymbolKind.ROS_TYPE, name.text, package.text))
@@ -201,7 +187,7 @@ class TypeTable(KnownTypes):
             self._missing.of_package(missing, package.span, field=field)
         return type_
 
-    def _shallow(self, node: NamedTypeNode, type_: Type) -> Type | None:
+    def _shallow(self, node: nodes.NamedTypeNode, type_: Type) -> Type | None:
         """The type, or None after reporting that datatypes are nested too deep."""
         depth = self._depths.get(node.name.text, 0) + 1
         if self._open:
@@ -215,7 +201,7 @@ class TypeTable(KnownTypes):
         )
         return None
 
-    def _unknown(self, node: NamedTypeNode) -> None:
+    def _unknown(self, node: nodes.NamedTypeNode) -> None:
         if self.scope.is_unresolved(node.name.text, "enum", "object"):
             return
         if node.name.text == "duration":
@@ -228,9 +214,9 @@ class TypeTable(KnownTypes):
             return
         known = [*self.scope.datatypes, *TYPES_BY_WORD]
         meant = FOREIGN_TYPES.get(node.name.text.lower().rstrip("0123456789"))
-        hint: Hint | None = write(meant) if meant else None
+        hint: remedies.Hint | None = remedies.write(meant) if meant else None
         if hint is None and (packages := self._packages_with(node.name.text)):
-            hint = write_one([f"{package}/{node.name.text}" for package in packages[:3]])
+            hint = remedies.write_one([f"{package}/{node.name.text}" for package in packages[:3]])
         self._report.add(
             "unknown-type",
             node.name.span,
@@ -244,7 +230,7 @@ class TypeTable(KnownTypes):
         found = {p for kind in KINDS for p in packages.with_file(f"{kind}/{name}.{kind}")}
         return sorted(found)
 
-    def _basic(self, node: BasicTypeNode) -> Type | None:
+    def _basic(self, node: nodes.BasicTypeNode) -> Type | None:
         if node.bounds is None:
             return TYPES_BY_WORD[node.name]
         if node.bounds[0] > node.bounds[1]:
@@ -254,7 +240,7 @@ class TypeTable(KnownTypes):
                 "empty-range",
                 node.span,
                 f"no {node.name} is at least {low} and at most {high}",
-                Remedy(f"write {meant}", Change.REPLACE, (meant,)),
+                remedies.Remedy(f"write {meant}", remedies.Change.REPLACE, (meant,)),
             )
             return None
         low, high = node.bounds
@@ -262,15 +248,15 @@ class TypeTable(KnownTypes):
             return IntegerType((int(low), int(high)))
         return TYPES_BY_WORD[node.name]
 
-    def called_enum(self, function: Access) -> EnumType | None:
+    def called_enum(self, function: nodes.Access) -> EnumType | None:
         """The enum that is called as a function, which may be declared further down."""
         name = function.root.text
-        declared = not function.path and isinstance(self.scope.datatypes.get(name), EnumNode)
+        declared = not function.path and isinstance(self.scope.datatypes.get(name), nodes.EnumNode)
         if declared and name not in self._open:
             self._named(name)
         return super().called_enum(function)
 
-    def _named(self, name: str, use: NamedTypeNode | None = None) -> Type | None:
+    def _named(self, name: str, use: nodes.NamedTypeNode | None = None) -> Type | None:
         if name in self._types:
             return self._types[name]
         if name in self._open:
@@ -287,12 +273,12 @@ class TypeTable(KnownTypes):
             return self._shallow(use, NoneType()) if use is not None else None
         self._open.append(name)
         node = self.scope.datatypes[name]
-        type_ = self._object(node) if isinstance(node, ObjectNode) else self._enum(node)
+        type_ = self._object(node) if isinstance(node, nodes.ObjectNode) else self._enum(node)
         self._open.pop()
         self._types[name] = type_
         return type_
 
-    def _object(self, node: ObjectNode) -> ObjectType:
+    def _object(self, node: nodes.ObjectNode) -> ObjectType:
         seen: dict[str, Span] = {}
         properties: list[tuple[str, Type]] = []
         for prop in node.properties:
@@ -319,7 +305,7 @@ class TypeTable(KnownTypes):
                 properties.append((name, type_))
         return ObjectType(node.name.text, self.scope.origin, tuple(properties))
 
-    def _enum(self, node: EnumNode) -> EnumType:
+    def _enum(self, node: nodes.EnumNode) -> EnumType:
         """The enum without its faulty rules; only the shell if its source type is faulty."""
         source = self.resolve(node.source)
         self._check_source(node, source)
@@ -336,7 +322,7 @@ class TypeTable(KnownTypes):
                     rules.append(EnumRule(condition, rule.value.text))
         return replace(shell, source=source, rules=tuple(rules))
 
-    def _check_source(self, node: EnumNode, source: Type | None) -> None:
+    def _check_source(self, node: nodes.EnumNode, source: Type | None) -> None:
         if isinstance(source, EnumType):
             self._report.add(
                 "enum-source",
@@ -351,14 +337,14 @@ class TypeTable(KnownTypes):
                 f"{node.name.text} cannot convert from none, which carries nothing",
             )
 
-    def _record_value(self, node: EnumNode, rule: EnumRuleNode) -> None:
+    def _record_value(self, node: nodes.EnumNode, rule: nodes.EnumRuleNode) -> None:
         first = rule_of(node, rule.value.text)
         if first is rule:
             self.scope.names.declare(rule, node.name.text)
         else:
             self.scope.names.use(rule.value, first, node.name.text)
 
-    def _check_values(self, node: EnumNode) -> None:
+    def _check_values(self, node: nodes.EnumNode) -> None:
         default: Span | None = None
         for rule in node.rules:
             self._record_value(node, rule)
@@ -368,7 +354,7 @@ class TypeTable(KnownTypes):
                         "several-defaults",
                         rule.span,
                         f"{node.name.text} already has a default",
-                        Remedy("remove one of them", Change.REMOVE),
+                        remedies.Remedy("remove one of them", remedies.Change.REMOVE),
                     )
                 default = rule.span
         if default is None and not self.scope.is_damaged(node.span):
@@ -377,5 +363,5 @@ class TypeTable(KnownTypes):
                 "missing-default",
                 node.name.span,
                 f"{node.name.text} has no value for data that no rule matches",
-                Remedy(f"add: {rule_}", Change.ADD_DEFAULT, (rule_,)),
+                remedies.Remedy(f"add: {rule_}", remedies.Change.ADD_DEFAULT, (rule_,)),
             )

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from robosc import limits
+from robosc import limits, source
 from robosc.expr.evaluation import constant
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import Aggregate, Expr, Literal, ParameterRef, RosParameter, StateRef
@@ -15,8 +15,7 @@ from robosc.model.automata import HOLDING, Lasting
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataArray, DataObject
-from robosc.model.names.scope import report_duplicate
-from robosc.model.names.tables import SymbolTable
+from robosc.model.names import scope, tables
 from robosc.model.typing.compatibility import coerce, completed, describe, example, is_basic
 from robosc.model.typing.data import DataTyper
 from robosc.model.typing.durations import DURATION, is_long_enough
@@ -25,16 +24,7 @@ from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import no_value
 from robosc.runtime.parameter_values import LEAST_PARAMETER, MOST_PARAMETER
 from robosc.runtime.values import NOW
-from robosc.source import Span
-from robosc.syntax.leaves import MAX_INTEGER
-from robosc.syntax.nodes import (
-    BasicTypeNode,
-    ConditionNode,
-    ConstantNode,
-    DataNode,
-    ParameterNode,
-    ValueNode,
-)
+from robosc.syntax import leaves, nodes
 
 
 @dataclass
@@ -47,12 +37,12 @@ class NamedValueTyper:
 
     types: TypeTable
     report: Report
-    symbols: Callable[[], SymbolTable]
+    symbols: Callable[[], tables.SymbolTable]
     owner: str = ""
     _open: list[str] = field(default_factory=list)
     _sizes: IdentityCache[int] = field(default_factory=IdentityCache)
 
-    def __call__(self, node: ValueNode) -> Expr | None:
+    def __call__(self, node: nodes.ValueNode) -> Expr | None:
         """The expression for which the declared name stands; None after a reported error."""
         name = node.name.text
         if name in self._open:
@@ -61,20 +51,20 @@ class NamedValueTyper:
         self._open.append(name)
         try:
             match node:
-                case ConditionNode():
+                case nodes.ConditionNode():
                     reason = "a named condition is about the state, not about a received value"
                     typer = Typer(self.report, self.types, self.symbols(), no_value(reason))
                     found = typer.check(node.value, BOOLEAN, f"condition '{name}'")
                     bounded = None if found is None else self._bounded(found, node)
                     return self._lasting(bounded, node, typer) if bounded is not None else None
-                case ConstantNode():
+                case nodes.ConstantNode():
                     return self._literal(node, f"constant '{name}'")
-                case ParameterNode():
+                case nodes.ParameterNode():
                     return self._parameter(node, f"parameter '{name}'")
         finally:
             self._open.remove(name)
 
-    def _lasting(self, condition: Expr, node: ConditionNode, typer: Typer) -> Expr | None:
+    def _lasting(self, condition: Expr, node: nodes.ConditionNode, typer: Typer) -> Expr | None:
         """The condition, or where it has held as long as its declaration says."""
         if node.duration is None:
             return condition
@@ -84,7 +74,7 @@ class NamedValueTyper:
         name = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
         other = self.symbols().declaration(name)
         if other is not None:
-            report_duplicate(
+            scope.report_duplicate(
                 "component or lasting condition", node.name, other.name.span, self.report
             )
             return None
@@ -92,7 +82,7 @@ class NamedValueTyper:
         self.types.values.lasting.append(lasting)
         return StateRef(name, HOLDING, span=node.name.span)
 
-    def _bounded(self, condition: Expr, node: ConditionNode) -> Expr | None:
+    def _bounded(self, condition: Expr, node: nodes.ConditionNode) -> Expr | None:
         """The condition; None after reporting that it is too large with those that it names."""
         if self._sizes.of(condition, self._size) <= limits.CONDITION_TERMS:
             return condition
@@ -109,7 +99,7 @@ class NamedValueTyper:
         operands: tuple[Expr, ...] = getattr(expr, "operands", ())
         return 1 + sum(self._sizes.of(operand, self._size) for operand in operands)
 
-    def _parameter(self, node: ParameterNode, what: str) -> ParameterRef | None:
+    def _parameter(self, node: nodes.ParameterNode, what: str) -> ParameterRef | None:
         key = f"{self.owner}.{node.name.text}" if self.owner else node.name.text
         place = node.name.span
         if node.value is None and node.name.text not in self.types.given:
@@ -135,14 +125,14 @@ class NamedValueTyper:
         parameter = RosParameter(key, default.type, whole, place, bounds=bounds)
         return ParameterRef(parameter, place)
 
-    def _may_lack_value(self, node: ParameterNode, type_: Type, what: str) -> bool:
+    def _may_lack_value(self, node: nodes.ParameterNode, type_: Type, what: str) -> bool:
         if isinstance(type_, ArrayType | ObjectType):
             return self._is_possible(node, type_, what)
         message = f"{what} needs a value: only an array or an object can be left to the start"
         self.report.add("initial-not-constant", node.name.span, message, "add: = VALUE")
         return False
 
-    def _literal(self, node: ConstantNode | ParameterNode, what: str) -> Literal | None:
+    def _literal(self, node: nodes.ConstantNode | nodes.ParameterNode, what: str) -> Literal | None:
         """The declared value, or the one that the import of the component sets instead."""
         type_ = self.types.of_value(node.type)
         if type_ is None or not self._is_possible(node, type_, what):
@@ -156,7 +146,7 @@ class NamedValueTyper:
         if value is None:
             return None
         literal = Literal(value, type_, node.name.span)
-        if isinstance(node, ParameterNode):
+        if isinstance(node, nodes.ParameterNode):
             value_node, report = (
                 (node.value, self.report) if given is None else (given.node.value, given.report)
             )
@@ -165,11 +155,13 @@ class NamedValueTyper:
                 return None
         return literal
 
-    def _is_possible(self, node: ConstantNode | ParameterNode, type_: Type, what: str) -> bool:
+    def _is_possible(
+        self, node: nodes.ConstantNode | nodes.ParameterNode, type_: Type, what: str
+    ) -> bool:
         if is_basic(type_) or isinstance(type_, EnumType | DurationType):
             return True
         if isinstance(type_, ArrayType | ObjectType):
-            if isinstance(node, ConstantNode) or _is_plain(type_):
+            if isinstance(node, nodes.ConstantNode) or _is_plain(type_):
                 return True
             message = f"{what} cannot have the values of an enum, or nothing, in it"
             self.report.add("variable-type", node.type.span, message)
@@ -183,7 +175,7 @@ class NamedValueTyper:
         return False
 
 
-def _can_be_given(default: Literal, what: str, span: Span, report: Report) -> bool:
+def _can_be_given(default: Literal, what: str, span: source.Span, report: Report) -> bool:
     """Whether a parameter's default is in range; reports an error if not."""
     value = default.value
     if isinstance(default.type, DurationType):
@@ -200,7 +192,7 @@ def _can_be_given(default: Literal, what: str, span: Span, report: Report) -> bo
 
 
 def _constant(
-    node: DataNode, type_: Type, what: str, types: TypeTable, report: Report
+    node: nodes.DataNode, type_: Type, what: str, types: TypeTable, report: Report
 ) -> Value | None:
     """The value of a constant expression; None after a reported error.
 
@@ -212,7 +204,7 @@ def _constant(
     return None if data is None else _value(data, type_, what, node.span, report)
 
 
-def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Value | None:
+def _value(data: Data, type_: Type, what: str, span: source.Span, report: Report) -> Value | None:
     match data, type_:
         case DataObject(fields=fields), ObjectType():
             found: dict[str, Value | None] = {}
@@ -232,8 +224,8 @@ def _value(data: Data, type_: Type, what: str, span: Span, report: Report) -> Va
         message = f"the value of {what} must be a finite constant"
         report.add("initial-not-constant", data.span or span, message)
         return None
-    if isinstance(value, int) and abs(value) > MAX_INTEGER:
-        message = f"the value of {what} is too large: whole numbers go up to {MAX_INTEGER}"
+    if isinstance(value, int) and abs(value) > leaves.MAX_INTEGER:
+        message = f"the value of {what} is too large: whole numbers go up to {leaves.MAX_INTEGER}"
         report.add("number-too-large", data.span or span, message)
         return None
     if isinstance(value, str) and len(value) > limits.TEXT_CONSTANT:
@@ -255,7 +247,7 @@ def _is_plain(type_: Type) -> bool:
     return is_basic(type_)
 
 
-def _as_data(value: Any, type_: Type, span: Span) -> Data:
+def _as_data(value: Any, type_: Type, span: source.Span) -> Data:
     """The value of a constant as data, whose parts are checked."""
     match type_:
         case ObjectType(properties=properties) if isinstance(value, dict):
@@ -266,8 +258,8 @@ def _as_data(value: Any, type_: Type, span: Span) -> Data:
     return Literal(value, type_, span)
 
 
-def _bounds_of(node: ParameterNode) -> tuple[float, float] | None:
+def _bounds_of(node: nodes.ParameterNode) -> tuple[float, float] | None:
     match node.type:
-        case BasicTypeNode(name="double", bounds=(low, high)):
+        case nodes.BasicTypeNode(name="double", bounds=(low, high)):
             return float(low), float(high)
     return None

@@ -7,32 +7,29 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
 from robosc.errors import Note, listing
-from robosc.expr.tree import Expr, RosParameter
-from robosc.expr.types import ArrayType, ObjectType, Type, domain
-from robosc.model.diagnostics import Report
-from robosc.model.entities import Component, Robot
+from robosc.expr import tree, types
+from robosc.model import diagnostics, entities
 from robosc.model.typing.compatibility import completed
-from robosc.runtime.model import Parameter
-from robosc.runtime.settings import declared
+from robosc.runtime import model, settings
 from robosc.runtime.values import is_one_of
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
 
-_Node = TypeVar("_Node", Robot, Expr)
+_Node = TypeVar("_Node", entities.Robot, tree.Expr)
 
 _GROUPS = ("goal_timeout", "qos", "qos_overrides", "rate", "timeout")
 """Namespaces of parameters that every generated node has, or may have."""
 _OF_ROS = ("start_type_description_service", "use_sim_time")
 """Parameters that ROS itself declares for every node."""
 KEEPING = (
-    Parameter(
+    model.Parameter(
         "persistent_file",
         "string",
         "",
         "file of the values of persistent variables (empty: one named after the node)",
         attribute="persistent_file",
     ),
-    Parameter(
+    model.Parameter(
         "forget",
         "boolean",
         False,
@@ -43,12 +40,12 @@ KEEPING = (
 """The parameters of nodes with persistent variables."""
 
 
-def check_parameters(robot: Robot, report: Report) -> None:
+def check_parameters(robot: entities.Robot, report: diagnostics.Report) -> None:
     """Report names that clash with parameters of every node, or with others of the model."""
-    taken = {parameter.name for parameter in declared(())}.union(_GROUPS, _OF_ROS)
+    taken = {parameter.name for parameter in settings.declared(())}.union(_GROUPS, _OF_ROS)
     if robot.persistent:
         taken.update(parameter.name for parameter in KEEPING)
-    seen: dict[str, RosParameter] = {}
+    seen: dict[str, tree.RosParameter] = {}
     for parameter in robot.parameters:
         name = parameter.name
         group = name.partition("/")[0]
@@ -73,7 +70,7 @@ def check_parameters(robot: Robot, report: Report) -> None:
         seen.setdefault(name, parameter)
 
 
-def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
+def with_parameters(robot: entities.Robot, values: Mapping[str, Any]) -> entities.Robot:
     """The robot with other defaults of its parameters, given by their names in ROS.
 
     The conditions that it reads have them, too. Other names are ignored.
@@ -82,14 +79,14 @@ def with_parameters(robot: Robot, values: Mapping[str, Any]) -> Robot:
     if not changed:
         return robot
 
-    def read(node: ExprNode, report: Report) -> Expr | None:
+    def read(node: ExprNode, report: diagnostics.Report) -> tree.Expr | None:
         found = robot.conditions(node, report)
         return None if found is None else _with_defaults(found, changed)
 
     return replace(_with_defaults(robot, changed), conditions=read)
 
 
-def with_starts(robot: Robot, values: Mapping[str, Any]) -> Robot:
+def with_starts(robot: entities.Robot, values: Mapping[str, Any]) -> entities.Robot:
     """The robot in which persistent variables start with these values, by name; the component may
     be left out where only one has a variable of that name.
 
@@ -103,12 +100,12 @@ def with_starts(robot: Robot, values: Mapping[str, Any]) -> Robot:
         if len(keys) != 1:
             known = f"; there are {listing(list(stays))}" if stays else ""
             raise ValueError(f"'{name}' is no persistent variable{known}")
-        allowed = domain(stays[keys[0]].type)
+        allowed = types.domain(stays[keys[0]].type)
         if allowed is None or not is_one_of(value, allowed):
             raise ValueError(f"{keys[0]} cannot start with {value!r}: it is {stays[keys[0]].type}")
         chosen[keys[0]] = value
 
-    def started(component: Component) -> Component:
+    def started(component: entities.Component) -> entities.Component:
         behaviour = component.behaviour
         if behaviour is None:
             return component
@@ -120,10 +117,10 @@ def with_starts(robot: Robot, values: Mapping[str, Any]) -> Robot:
     return replace(robot, components=tuple(map(started, robot.components))) if chosen else robot
 
 
-def _of_type(value: Any, type_: Type) -> Any:
+def _of_type(value: Any, type_: types.Type) -> Any:
     """A value of a parameter as the model has it: arrays are tuples, objects have all fields."""
     match type_:
-        case ArrayType() | ObjectType():
+        case types.ArrayType() | types.ObjectType():
             return completed(value, type_)
     return value
 
@@ -133,7 +130,7 @@ def _with_defaults(node: _Node, changed: Mapping[str, Any]) -> _Node:
     known: dict[int, tuple[Any, Any]] = {}
 
     def copy(node: Any) -> Any:
-        if isinstance(node, RosParameter):
+        if isinstance(node, tree.RosParameter):
             return replace(node, default=_of_type(changed.get(node.name, node.default), node.type))
         if not isinstance(node, tuple) and (not is_dataclass(node) or isinstance(node, Span)):
             return node

@@ -10,25 +10,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from robosc.errors import listing
+from robosc import errors, source
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
 from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, Kind
-from robosc.model.automata import (
-    Assignment,
-    Behaviour,
-    CompositeState,
-    State,
-    Transition,
-    Variable,
-    is_in,
-)
+from robosc.model import automata
 from robosc.model.entities import Requirement, Robot
 from robosc.model.names.tables import PERFORMING, RETRIES, WAITING, CommunicationInfo, Instance
 from robosc.runtime.places import DUE
-from robosc.source import Span
 from robosc.syntax.nodes import PerformsNode, RetryNode
 
 _BOOLEAN = BooleanType()
@@ -42,30 +33,30 @@ class Retries:
     by what goes to ``restart``. Elsewhere it is 0.
     """
 
-    variable: Variable
+    variable: automata.Variable
     scope: tuple[str, ...]
     restart: str | None = None
 
-    def zero(self, span: Span) -> Assignment:
+    def zero(self, span: source.Span) -> automata.Assignment:
         """The assignment with which the count begins anew."""
-        return Assignment(self.variable.name, Literal(0, self.variable.type), span=span)
+        return automata.Assignment(self.variable.name, Literal(0, self.variable.type), span=span)
 
     def keeps(self, goto: str | None) -> bool:
         """Whether the count goes on in a state."""
-        return goto is None or any(is_in(goto, kept) for kept in self.scope)
+        return goto is None or any(automata.is_in(goto, kept) for kept in self.scope)
 
-    def begins_anew(self, place: str | None, taken: Transition) -> bool:
+    def begins_anew(self, place: str | None, taken: automata.Transition) -> bool:
         """Whether a transition, which stands in a place, begins the count anew."""
         if taken.goto is None or any(a.variable == self.variable.name for a in taken.assignments):
             return False
         if not self.keeps(taken.goto):
             return True
-        if self.restart is None or not is_in(taken.goto, self.restart):
+        if self.restart is None or not automata.is_in(taken.goto, self.restart):
             return False
         own = self.scope[0]
         if place is None:
             return len(self.scope) == 1
-        return is_in(place, own) and taken.named == own
+        return automata.is_in(place, own) and taken.named == own
 
 
 @dataclass
@@ -79,20 +70,22 @@ class Performing:
     path: str
     node: PerformsNode
     command: CommunicationInfo
-    done: Transition
-    again: Transition | None = None
-    given_up: Transition | None = None
-    wait: Transition | None = None
+    done: automata.Transition
+    again: automata.Transition | None = None
+    given_up: automata.Transition | None = None
+    wait: automata.Transition | None = None
     retries: Retries | None = None
-    own: list[Transition] = field(default_factory=list)
+    own: list[automata.Transition] = field(default_factory=list)
     """The transitions in its braces for events of the command."""
 
-    def within(self, outer: CompositeState) -> CompositeState:
+    def within(self, outer: automata.CompositeState) -> automata.CompositeState:
         """The state around its stages, with what it performs."""
         meanwhile = self.node.meanwhile is not None
         return replace(outer, performs=self.command.key, meanwhile=meanwhile)
 
-    def states(self, outer: State, around: tuple[CompositeState, ...]) -> Iterator[State]:
+    def states(
+        self, outer: automata.State, around: tuple[automata.CompositeState, ...]
+    ) -> Iterator[automata.State]:
         """The stages; ``outer`` says where the whole state begins, and whether it is marked."""
         request = self._with(self.command.command, [self._sent()])
         yield replace(outer, name=f"{self.path} {DUE}", transitions=tuple(request), around=around)
@@ -117,22 +110,22 @@ class Performing:
     def _has(self, kind: EventKind) -> bool:
         return kind in self.command.events
 
-    def _sent(self) -> Transition:
+    def _sent(self) -> automata.Transition:
         return self._goes(EventKind.REQUEST, PERFORMING) if self.command.is_awaited else self.done
 
-    def _goes(self, kind: EventKind, stage: str) -> Transition:
+    def _goes(self, kind: EventKind, stage: str) -> automata.Transition:
         goto = f"{self.path} {stage}"
-        return Transition(kind, self.command.key, None, (), goto, span=self.node.span)
+        return automata.Transition(kind, self.command.key, None, (), goto, span=self.node.span)
 
-    def _stays(self, kind: EventKind) -> Transition:
-        return Transition(kind, self.command.key, None, (), None, span=self.node.span)
+    def _stays(self, kind: EventKind) -> automata.Transition:
+        return automata.Transition(kind, self.command.key, None, (), None, span=self.node.span)
 
-    def _anew(self, taken: Transition) -> Transition:
+    def _anew(self, taken: automata.Transition) -> automata.Transition:
         if self.retries is None:
             return taken
         return replace(taken, assignments=(*taken.assignments, self.retries.zero(taken.span)))
 
-    def _errors(self) -> Iterator[Transition]:
+    def _errors(self) -> Iterator[automata.Transition]:
         """What follows an error: one of a cancelled goal is none of those that are counted."""
         back = self._goes(EventKind.ERROR, DUE)
         if self.again is None:
@@ -155,20 +148,22 @@ class Performing:
         last = Literal(count.type.bounds[1], count.type, span)
         more = Binary("+", read, Literal(1, count.type, span), IntegerType(), span)
         fewer = Binary("<", read, last, _BOOLEAN, span)
-        counted = Assignment(count.name, more, span=span)
+        counted = automata.Assignment(count.name, more, span=span)
         if not self.retries.keeps(again.goto):
             counted = self.retries.zero(span)
         yield replace(again, guard=_all([*plain, fewer], span), assignments=(counted,))
         none_left = Binary("=", read, last, _BOOLEAN, span)
         yield self._anew(replace(self.given_up, guard=_all([*plain, none_left], span)))
 
-    def _with(self, kind: EventKind, performed: Sequence[Transition]) -> list[Transition]:
+    def _with(
+        self, kind: EventKind, performed: Sequence[automata.Transition]
+    ) -> list[automata.Transition]:
         """What the state does on an event of its command, with what stands in its braces.
 
         A transition there without ``goto`` goes along, one with ``goto`` replaces what the state
         does by itself.
         """
-        found: list[Transition] = []
+        found: list[automata.Transition] = []
         before: list[Expr] = []
         for own in (t for t in self.own if t.event is kind):
             if own.goto is not None or not performed:
@@ -185,7 +180,7 @@ class Performing:
         return found
 
 
-def _together(own: Transition, performed: Transition) -> Transition:
+def _together(own: automata.Transition, performed: automata.Transition) -> automata.Transition:
     """Two transitions that are taken as one, with the assignments of both."""
     guards = [guard for guard in (own.guard, performed.guard) if guard is not None]
     assigned = {a.variable for a in own.assignments}
@@ -205,7 +200,7 @@ def _opposite(condition: Expr) -> Expr:
     return Unary("!", condition, _BOOLEAN, condition.span)
 
 
-def _all(guards: Sequence[Expr], span: Span) -> Expr | None:
+def _all(guards: Sequence[Expr], span: source.Span) -> Expr | None:
     return chain("and", guards, span) if guards else None
 
 
@@ -220,26 +215,28 @@ def count_of(path: str, node: RetryNode, instance: Instance, via: str | None) ->
     if node.times is None:
         return None
     type_ = IntegerType((0, int(node.times.value)))
-    variable = Variable(f"{path} {RETRIES}", instance.name, type_, 0, False, span=node.span)
+    variable = automata.Variable(
+        f"{path} {RETRIES}", instance.name, type_, 0, False, span=node.span
+    )
     outer = path.rpartition(".")[0]
     if outer:
         return Retries(variable, (outer,))
     return Retries(variable, (path,) if via is None else (path, via), path)
 
 
-def with_counts(behaviour: Behaviour, counts: Sequence[Retries]) -> Behaviour:
+def with_counts(behaviour: automata.Behaviour, counts: Sequence[Retries]) -> automata.Behaviour:
     """The behaviour with counts that begin anew where their states are left, or entered anew."""
     if not counts:
         return behaviour
 
-    def of(place: str | None, taken: Transition) -> Transition:
+    def of(place: str | None, taken: automata.Transition) -> automata.Transition:
         zeros = tuple(c.zero(taken.span) for c in counts if c.begins_anew(place, taken))
         return replace(taken, assignments=(*taken.assignments, *zeros)) if zeros else taken
 
-    def outer(place: CompositeState) -> CompositeState:
+    def outer(place: automata.CompositeState) -> automata.CompositeState:
         return replace(place, transitions=tuple(of(place.name, t) for t in place.transitions))
 
-    def state(place: State) -> State:
+    def state(place: automata.State) -> automata.State:
         return replace(
             place,
             transitions=tuple(of(place.name, t) for t in place.transitions),
@@ -352,7 +349,7 @@ def _needed(
     to_cancel: bool = False,
 ) -> Requirement:
     places = robot.performed[key]
-    names = listing((f"{component}.{path}" for component, path in places), "or")
+    names = errors.listing((f"{component}.{path}" for component, path in places), "or")
     return Requirement(
         "needs",
         (key,),

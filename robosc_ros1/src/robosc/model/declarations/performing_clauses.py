@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from robosc.errors import Note
-from robosc.expr.quantified import chain
-from robosc.expr.tree import StateRef
+from robosc.expr import quantified, tree
 from robosc.language.events import EventKind
 from robosc.model.automata import Transition
 from robosc.model.checks.behaviour_rules import NamedTransition
@@ -19,7 +18,7 @@ from robosc.model.entities import Provide
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import PERFORMING, CommunicationInfo, Instance, SymbolTable
 from robosc.runtime.places import DUE
-from robosc.syntax.nodes import PerformsNode, ProvideNode, RetryNode, StateNode
+from robosc.syntax import nodes
 
 
 def find_performed(instance: Instance, symbols: SymbolTable, report: Report) -> None:
@@ -49,11 +48,11 @@ def performed_data(instance: Instance, resolver: StatementResolver) -> Iterator[
         assert node is not None
         if node.data is None:
             continue
-        statement = ProvideNode(node.communication, node.data, None, span=node.data.span)
+        statement = nodes.ProvideNode(node.communication, node.data, None, span=node.data.span)
         for provide in resolver.provides(statement):
             stages = (DUE, PERFORMING) if command.replaces else (DUE,)
-            sends = [StateRef(instance.name, f"{path} {stage}", node.span) for stage in stages]
-            condition = chain("or", sends, node.span)
+            sends = [tree.StateRef(instance.name, f"{path} {stage}", node.span) for stage in stages]
+            condition = quantified.chain("or", sends, node.span)
             yield replace(provide, communication=command.key, condition=condition)
 
 
@@ -68,10 +67,10 @@ class PerformingResolver:
 
     def resolve(
         self,
-        state: StateNode,
+        state: nodes.StateNode,
         path: str,
         own: Sequence[Transition],
-        retries: Sequence[RetryNode],
+        retries: Sequence[nodes.RetryNode],
     ) -> Performing | None:
         """What a state performs; None after an error in its command.
 
@@ -93,7 +92,7 @@ class PerformingResolver:
             self._retry(performing, retries[0])
         return performing
 
-    def check_retries(self, retries: Iterable[RetryNode]) -> None:
+    def check_retries(self, retries: Iterable[nodes.RetryNode]) -> None:
         """Report each ``retry`` in a state that performs nothing."""
         for node in retries:
             self._misplaced(
@@ -126,10 +125,10 @@ class PerformingResolver:
         event: EventKind,
         command: CommunicationInfo,
         path: str,
-        node: PerformsNode | RetryNode,
+        node: nodes.PerformsNode | nodes.RetryNode,
     ) -> Transition:
         """What ``then`` or ``else`` of a node says; without ``goto`` the state begins anew."""
-        clauses = node.finally_ if isinstance(node, RetryNode) else node
+        clauses = node.finally_ if isinstance(node, nodes.RetryNode) else node
         assert clauses is not None
         effect = self._transitions.effect(event, command, clauses)
         transition = replace(effect, span=node.span)
@@ -137,7 +136,7 @@ class PerformingResolver:
             return transition
         return replace(transition, goto=f"{path} {DUE}", named=path)
 
-    def _retry(self, performing: Performing, node: RetryNode) -> None:
+    def _retry(self, performing: Performing, node: nodes.RetryNode) -> None:
         command = performing.command
         if not command.is_awaited:
             what = "an answer" if command.sort.served else "a message"
@@ -166,13 +165,13 @@ class PerformingResolver:
         if node.finally_ is not None:
             performing.given_up = self._outcome(EventKind.ERROR, command, performing.path, node)
 
-    def _wait(self, node: RetryNode, again: Transition) -> Transition | None:
+    def _wait(self, node: nodes.RetryNode, again: Transition) -> Transition | None:
         assert node.every is not None
         taken = replace(again, event=EventKind.AFTER, communication=self._instance.name)
         return self._transitions.waits(node.every, "'every'", taken)
 
     def _misplaced(
-        self, node: RetryNode, message: str, hint: str, notes: Sequence[Note] = ()
+        self, node: nodes.RetryNode, message: str, hint: str, notes: Sequence[Note] = ()
     ) -> None:
         self._report.add("misplaced-retry", node.span, message, hint, notes)
 

@@ -10,9 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from robosc.errors import listing
+from robosc.expr import tree, types
 from robosc.expr.quantified import chain
-from robosc.expr.tree import Expr, PhaseRef, Unary
-from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Communication, Provide, Requirement, Robot
 
@@ -73,7 +72,7 @@ def _requirements(robot: Robot, together: Sequence[Communication]) -> Iterator[R
         )
 
 
-def _is_idle(communication: Communication) -> Expr:
+def _is_idle(communication: Communication) -> tree.Expr:
     assert communication.phases is not None
-    phases = (PhaseRef(communication.key, phase) for phase in communication.phases.active)
-    return chain("and", [Unary("!", phase, BooleanType()) for phase in phases])
+    phases = (tree.PhaseRef(communication.key, phase) for phase in communication.phases.active)
+    return chain("and", [tree.Unary("!", phase, types.BooleanType()) for phase in phases])

@@ -5,25 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
-from robosc.expr.traversal import walk, walk_all
-from robosc.expr.tree import (
-    Convert,
-    Expr,
-    Operation,
-    ParameterRef,
-    Part,
-    ValueRef,
-    VariableRef,
-)
-from robosc.expr.types import ArrayType, ObjectType, domain
+from robosc.expr import traversal, tree, types
+from robosc.model import diagnostics, entities
 from robosc.model.automata import Assignment
-from robosc.model.diagnostics import Report
-from robosc.model.entities import Component, Robot, data_expressions
 from robosc.model.typing.compatibility import describe
 from robosc.source import Span
 
 
-def select_state_variables(robot: Robot, report: Report) -> Robot:
+def select_state_variables(robot: entities.Robot, report: diagnostics.Report) -> entities.Robot:
     """The robot with ``Variable.in_state`` set; report assigned values that are not finite.
 
     A variable belongs to the state if a guard, a requirement or a provide condition reads it, an
@@ -32,7 +21,7 @@ def select_state_variables(robot: Robot, report: Report) -> Robot:
     abstracted to the comparisons in which it stands: a variable that is copied to it belongs to the
     state as well, but those from which its value is computed do not.
     """
-    data = {key for key, variable in robot.variables.items() if domain(variable.type) is None}
+    data = {key for key, variable in robot.variables.items() if types.domain(variable.type) is None}
     readers = _state_readers(robot, data)
     for component, assignment in _assignments(robot):
         key = f"{component.name}.{assignment.variable}"
@@ -42,7 +31,7 @@ def select_state_variables(robot: Robot, report: Report) -> Robot:
     return replace(robot, components=components)
 
 
-def _with_state(component: Component, readers: dict[str, Span]) -> Component:
+def _with_state(component: entities.Component, readers: dict[str, Span]) -> entities.Component:
     behaviour = component.behaviour
     if behaviour is None:
         return component
@@ -50,15 +39,15 @@ def _with_state(component: Component, readers: dict[str, Span]) -> Component:
     return replace(component, behaviour=replace(behaviour, variables=variables))
 
 
-def _state_readers(robot: Robot, data: Collection[str]) -> dict[str, Span]:
+def _state_readers(robot: entities.Robot, data: Collection[str]) -> dict[str, Span]:
     """The keys of the variables of the state, each with the first place that reads it."""
     readers: dict[str, Span] = {}
-    sources: dict[str, list[VariableRef]] = {}
+    sources: dict[str, list[tree.VariableRef]] = {}
     for component, assignment in _assignments(robot):
         key = f"{component.name}.{assignment.variable}"
-        parts = [assignment.value] if key in data else walk(assignment.value)
-        sources.setdefault(key, []).extend(r for r in parts if isinstance(r, VariableRef))
-    work = [r for r in walk_all(_deciding(robot)) if isinstance(r, VariableRef)]
+        parts = [assignment.value] if key in data else traversal.walk(assignment.value)
+        sources.setdefault(key, []).extend(r for r in parts if isinstance(r, tree.VariableRef))
+    work = [r for r in traversal.walk_all(_deciding(robot)) if isinstance(r, tree.VariableRef)]
     work.reverse()
     for component, assignment in _assigned_in_place(robot):
         key = f"{component.name}.{assignment.variable}"
@@ -72,7 +61,7 @@ def _state_readers(robot: Robot, data: Collection[str]) -> dict[str, Span]:
     return readers
 
 
-def _deciding(robot: Robot) -> Iterator[Expr]:
+def _deciding(robot: entities.Robot) -> Iterator[tree.Expr]:
     """Guards, requirements, expectations and provide conditions: what enables events."""
     for component in robot.components:
         yield from (t.guard for t in component.transitions if t.guard is not None)
@@ -88,7 +77,7 @@ def _deciding(robot: Robot) -> Iterator[Expr]:
             yield provide.condition
 
 
-def _assigned_in_place(robot: Robot) -> Iterator[tuple[Component, Assignment]]:
+def _assigned_in_place(robot: entities.Robot) -> Iterator[tuple[entities.Component, Assignment]]:
     """The assignments of internal transitions that may stay in their state."""
     for component in robot.components:
         if component.behaviour is not None:
@@ -96,19 +85,19 @@ def _assigned_in_place(robot: Robot) -> Iterator[tuple[Component, Assignment]]:
                 yield from ((component, assignment) for assignment in transition.assignments)
 
 
-def _assignments(robot: Robot) -> Iterator[tuple[Component, Assignment]]:
+def _assignments(robot: entities.Robot) -> Iterator[tuple[entities.Component, Assignment]]:
     for component in robot.components:
         for transition in component.transitions:
             for assignment in transition.assignments:
                 yield component, assignment
 
 
-def _check_finite(assignment: Assignment, report: Report) -> None:
+def _check_finite(assignment: Assignment, report: diagnostics.Report) -> None:
     """Report what a finite variable takes from an infinite domain, unless it is only compared."""
     for part in _taken(assignment.value):
-        reads = isinstance(part, VariableRef | ValueRef | ParameterRef | Part)
+        reads = isinstance(part, tree.VariableRef | tree.ValueRef | tree.ParameterRef | tree.Part)
         computed = _goes_through_data(part)
-        if (reads or computed) and domain(part.type) is None and part.span is not None:
+        if (reads or computed) and types.domain(part.type) is None and part.span is not None:
             report.add(
                 "not-finite",
                 part.span,
@@ -120,29 +109,29 @@ def _check_finite(assignment: Assignment, report: Report) -> None:
             )
 
 
-def _goes_through_data(expr: Expr) -> bool:
+def _goes_through_data(expr: tree.Expr) -> bool:
     """Whether an expression has an array or an object as an operand."""
-    operands = expr.operands if isinstance(expr, Operation) else ()
-    return any(isinstance(operand.type, ArrayType | ObjectType) for operand in operands)
+    operands = expr.operands if isinstance(expr, tree.Operation) else ()
+    return any(isinstance(operand.type, types.ArrayType | types.ObjectType) for operand in operands)
 
 
-def _taken(expr: Expr) -> Iterator[Expr]:
+def _taken(expr: tree.Expr) -> Iterator[tree.Expr]:
     """The parts of an expression of which its value consists: not those that it compares."""
 
-    def consists_of_operands(node: Expr) -> bool:
+    def consists_of_operands(node: tree.Expr) -> bool:
         return (
-            isinstance(node, Operation)
-            and not (isinstance(node, Convert | Part) or _goes_through_data(node))
+            isinstance(node, tree.Operation)
+            and not (isinstance(node, tree.Convert | tree.Part) or _goes_through_data(node))
             and not node.operation.is_comparison
         )
 
-    return walk(expr, inside=consists_of_operands)
+    return traversal.walk(expr, inside=consists_of_operands)
 
 
-def all_expressions(robot: Robot) -> Iterator[Expr]:
+def all_expressions(robot: entities.Robot) -> Iterator[tree.Expr]:
     """All expressions of components, requirements and provide statements."""
     yield from _deciding(robot)
     for _, assignment in _assignments(robot):
         yield assignment.value
     for provide in robot.provides:
-        yield from data_expressions(provide.data)
+        yield from entities.data_expressions(provide.data)

@@ -8,30 +8,21 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import TypeAlias, TypeVar
 
-from robosc.errors import Note
+from robosc import errors, source
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Expr
 from robosc.expr.types import NoneType
 from robosc.expr.undefined_data import condition_on_data, none_of
-from robosc.language.events import Kind
-from robosc.language.keywords import NOTHING
+from robosc.language import events, keywords
+from robosc.model import entities
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.entities import (
-    Assumption,
-    Command,
-    Data,
-    DataObject,
-    Goal,
-    Preference,
-    Provide,
-    Requirement,
-)
 from robosc.model.names.communications import report_misdirected, resolve_communication
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.model.ros.links import Binder
+from robosc.model.typing import expected, expressions, value_word
 from robosc.model.typing.command_values import (
     CommandTyper,
     may_read_value,
@@ -40,42 +31,27 @@ from robosc.model.typing.command_values import (
     requirement_text,
 )
 from robosc.model.typing.data import DataTyper
-from robosc.model.typing.expected import BOOLEAN
-from robosc.model.typing.expressions import Typer
-from robosc.model.typing.value_word import Incoming, no_value, response_of
-from robosc.source import Span
-from robosc.syntax.nodes import (
-    AssumeNode,
-    BehaviourNode,
-    CommunicationNode,
-    DataObjectNode,
-    DeclarationNode,
-    OtherwiseNode,
-    PossibleNode,
-    PreferNode,
-    ProvideNode,
-    RequirementNode,
-    StopNode,
-    StringNode,
-)
+from robosc.syntax import nodes
 
-_TITLED = (RequirementNode, PossibleNode, AssumeNode, PreferNode)
-_Node: TypeAlias = DeclarationNode | CommunicationNode | BehaviourNode
-_Entity = TypeVar("_Entity", Provide, Preference, Goal, Assumption)
+_TITLED = (nodes.RequirementNode, nodes.PossibleNode, nodes.AssumeNode, nodes.PreferNode)
+_Node: TypeAlias = nodes.DeclarationNode | nodes.CommunicationNode | nodes.BehaviourNode
+_Entity = TypeVar(
+    "_Entity", entities.Provide, entities.Preference, entities.Goal, entities.Assumption
+)
 
 
 @dataclass
 class Statements:
     """The statements of a robot and of its components, without those that have errors."""
 
-    requirements: list[Requirement] = field(default_factory=list)
-    provides: list[Provide] = field(default_factory=list)
-    preferences: list[Preference] = field(default_factory=list)
-    goals: list[Goal] = field(default_factory=list)
-    performed: list[Provide] = field(default_factory=list)
+    requirements: list[entities.Requirement] = field(default_factory=list)
+    provides: list[entities.Provide] = field(default_factory=list)
+    preferences: list[entities.Preference] = field(default_factory=list)
+    goals: list[entities.Goal] = field(default_factory=list)
+    performed: list[entities.Provide] = field(default_factory=list)
     """The data of commands that states perform, which go before all others."""
-    assumptions: list[Assumption] = field(default_factory=list)
-    titles: dict[str, StringNode] = field(default_factory=dict)
+    assumptions: list[entities.Assumption] = field(default_factory=list)
+    titles: dict[str, nodes.StringNode] = field(default_factory=dict)
     """By id, the title that has it."""
 
     def add(self, items: Iterable[_Node], resolver: StatementResolver, owner: str = "") -> None:
@@ -91,18 +67,18 @@ class Statements:
                     item = replace(item, title=title)
                 resolver.claim(title, self.titles)
             match item:
-                case RequirementNode():
+                case nodes.RequirementNode():
                     self.requirements += resolver.requirements(item)
-                case PossibleNode():
+                case nodes.PossibleNode():
                     self.goals += _sound(resolver.goal(item))
-                case AssumeNode():
+                case nodes.AssumeNode():
                     self.assumptions += _sound(resolver.assumption(item))
-                case ProvideNode():
+                case nodes.ProvideNode():
                     self.provides += resolver.provides(item)
-                case PreferNode():
+                case nodes.PreferNode():
                     self.preferences += _sound(resolver.preference(item))
 
-    def on_commands(self) -> tuple[Requirement, ...]:
+    def on_commands(self) -> tuple[entities.Requirement, ...]:
         """The requirements without those on a group that, in this robot, is empty."""
         return tuple(r for r in self.requirements if r.communications or r.kind in _ON_STATES)
 
@@ -129,16 +105,16 @@ class StatementResolver:
         self._types = types
         self._binder = binder
         self._report = report
-        self._typer = Typer(
+        self._typer = expressions.Typer(
             report,
             types,
             symbols,
-            no_value("requirements on states have no 'value'"),
+            value_word.no_value("requirements on states have no 'value'"),
         )
         self._groups = GroupResolver(symbols, types.scope, report)
         self._read: IdentityCache[bool] = IdentityCache()
 
-    def claim(self, title: StringNode, taken: dict[str, StringNode]) -> None:
+    def claim(self, title: nodes.StringNode, taken: dict[str, nodes.StringNode]) -> None:
         """Report a title without an id, or with one that another title has."""
         words = title.text.split()
         if not words:
@@ -154,10 +130,10 @@ class StatementResolver:
                 f"another statement has the id {words[0]}",
                 "give one of them another id, or write both in one group: requirement"
                 f' "{words[0]}" {{ … }}',
-                [Note("the first one is here", first.span)],
+                [errors.Note("the first one is here", first.span)],
             )
 
-    def requirements(self, node: RequirementNode) -> Sequence[Requirement]:
+    def requirements(self, node: nodes.RequirementNode) -> Sequence[entities.Requirement]:
         """The requirements that a statement makes; none after an error.
 
         One on a call that is served restricts its feedback, too, unless it reads the data.
@@ -170,7 +146,7 @@ class StatementResolver:
             for requirement in self._requirements(node)
         ]
 
-    def _requirements(self, node: RequirementNode) -> Sequence[Requirement]:
+    def _requirements(self, node: nodes.RequirementNode) -> Sequence[entities.Requirement]:
         keys: tuple[str, ...] | None = ()
         if node.communications:
             keys = self._groups.commands(
@@ -180,13 +156,13 @@ class StatementResolver:
             commands = self._symbols.component_table.by_keys(keys)
             typer = CommandTyper(self._symbols, self._types, self._report)
             return typer.requirements(node, commands)
-        condition = self._typer.check(node.condition, BOOLEAN, "a requirement")
+        condition = self._typer.check(node.condition, expected.BOOLEAN, "a requirement")
         if condition is None or keys is None:
             return ()
         condition = condition_on_data(condition, self._read)
         return (requirement_of(node, keys, condition, requirement_text(node)),)
 
-    def goal(self, node: PossibleNode) -> Goal | None:
+    def goal(self, node: nodes.PossibleNode) -> entities.Goal | None:
         """What must remain possible; None after an error."""
         parts = (
             (node.condition, "a requirement"),
@@ -195,16 +171,16 @@ class StatementResolver:
         )
         found: list[Expr | None] = []
         for part, what in parts:
-            expr = None if part is None else self._typer.check(part, BOOLEAN, what)
+            expr = None if part is None else self._typer.check(part, expected.BOOLEAN, what)
             found.append(None if expr is None else condition_on_data(expr, self._read))
         condition, origin, along = found
         given = sum(part is not None for part, _ in parts)
         if condition is None or sum(expr is not None for expr in found) < given:
             return None
         text, own = requirement_text(node), requirement_id(node)
-        return Goal(condition, origin, along, text, own, span=node.span)
+        return entities.Goal(condition, origin, along, text, own, span=node.span)
 
-    def assumption(self, node: AssumeNode) -> Assumption | None:
+    def assumption(self, node: nodes.AssumeNode) -> entities.Assumption | None:
         """What the robot is assumed not to do; None after an error."""
         typer, key = self._typer, None
         if node.communication is not None:
@@ -217,60 +193,60 @@ class StatementResolver:
                 self._report.add("assumption-on-command", node.communication.span, message, _ASSUME)
                 return None
             key = info.key
-            incoming = response_of(info.name, info.response)
-            typer = Typer(self._report, self._types, self._symbols, incoming)
-        condition = typer.check(node.condition, BOOLEAN, "an assumption")
+            incoming = value_word.response_of(info.name, info.response)
+            typer = expressions.Typer(self._report, self._types, self._symbols, incoming)
+        condition = typer.check(node.condition, expected.BOOLEAN, "an assumption")
         if condition is None:
             return None
         condition = condition_on_data(condition, self._read)
         if node.kind == "never":
             condition = none_of([condition], node.condition.span)
         text, own = requirement_text(node), requirement_id(node)
-        return Assumption(node.kind, key, condition, text, own, span=node.span)
+        return entities.Assumption(node.kind, key, condition, text, own, span=node.span)
 
-    def preference(self, node: PreferNode) -> Preference | None:
+    def preference(self, node: nodes.PreferNode) -> entities.Preference | None:
         """The preference; None after an error."""
         code = "preference-on-outgoing"
         preferred = self._groups.commands(node.preferred, code, _CANNOT_PREFER)
         over = self._groups.commands(node.over, code, _CANNOT_PREFER, left_out=preferred or ())
         if preferred is None or over is None:
             return None
-        return Preference(preferred, over, span=node.span)
+        return entities.Preference(preferred, over, span=node.span)
 
-    def stop(self, nodes: Sequence[StopNode]) -> str | None:
+    def stop(self, stops: Sequence[nodes.StopNode]) -> str | None:
         """The key of the message that stops the robot; None without one, or after an error."""
-        for node in nodes[1:]:
-            note = Note("the first one is here", nodes[0].span)
+        for node in stops[1:]:
+            note = errors.Note("the first one is here", stops[0].span)
             message = "a robot has one stop command"
             self._report.add("several-stops", node.span, message, "remove one of them", [note])
-        if not nodes or self.stops_with_nothing(nodes):
+        if not stops or self.stops_with_nothing(stops):
             return None
-        access = nodes[0].communication
+        access = stops[0].communication
         info = resolve_communication(access, self._symbols, self._types.scope, self._report)
-        if info is not None and info.kind is not Kind.INCOMING:
+        if info is not None and info.kind is not events.Kind.INCOMING:
             message = f"'{info.name}' is no incoming message: it cannot be sent as the last command"
-            if info.kind is Kind.OUTGOING:
+            if info.kind is events.Kind.OUTGOING:
                 report_misdirected(info, "stop-not-a-message", access.span, message, self._report)
             else:
                 self._report.add("stop-not-a-message", access.span, message, _STOPS)
             return None
         return None if info is None else info.key
 
-    def stops_with_nothing(self, nodes: Sequence[StopNode]) -> bool:
+    def stops_with_nothing(self, stops: Sequence[nodes.StopNode]) -> bool:
         """Whether the robot may go on with its last commands: ``nothing``, and no message of it."""
-        if not nodes:
+        if not stops:
             return False
-        access = nodes[0].communication
-        bare = access.root.text == NOTHING and access.index is None and access.path == ()
-        return bare and not self._symbols.communications(NOTHING)
+        access = stops[0].communication
+        bare = access.root.text == keywords.NOTHING and access.index is None and access.path == ()
+        return bare and not self._symbols.communications(keywords.NOTHING)
 
-    def provides(self, node: ProvideNode) -> list[Provide]:
+    def provides(self, node: nodes.ProvideNode) -> list[entities.Provide]:
         """The provide statement, and one for each ``else`` of it; none after an error."""
         access = node.communication
         info = self._groups.command(access, "provide-for-outgoing", _CANNOT_PROVIDE, given=True)
-        found: list[Provide] = []
+        found: list[entities.Provide] = []
         before: list[Expr] = []
-        parts: list[ProvideNode | OtherwiseNode] = [node, *node.otherwise]
+        parts: list[nodes.ProvideNode | nodes.OtherwiseNode] = [node, *node.otherwise]
         for part in parts:
             provide = self._provide(part, info, part.span if before else node.span)
             if provide is None:
@@ -284,35 +260,41 @@ class StatementResolver:
         return found
 
     def _provide(
-        self, node: ProvideNode | OtherwiseNode, info: CommunicationInfo | None, span: Span
-    ) -> Provide | None:
+        self,
+        node: nodes.ProvideNode | nodes.OtherwiseNode,
+        info: CommunicationInfo | None,
+        span: source.Span,
+    ) -> entities.Provide | None:
         typer = self._typer
         if info is not None and may_read_value(node):
-            incoming = Incoming(info.sent, known=info.sent is not None)
-            typer = Typer(self._report, self._types, self._symbols, incoming)
+            incoming = value_word.Incoming(info.sent, known=info.sent is not None)
+            typer = expressions.Typer(self._report, self._types, self._symbols, incoming)
         data = self._data_for(node, info, typer)
         condition = None
         if node.condition is not None:
-            condition = typer.check(node.condition, BOOLEAN, "the condition")
+            condition = typer.check(node.condition, expected.BOOLEAN, "the condition")
             if condition is None:
                 return None
             condition = condition_on_data(condition, self._read)
         if info is None or data is None:
             return None
         if info.entity is not None and info.instance.imported is None:
-            self._binder.sent.check(data, Command(info.entity, info.command))
-        return Provide(info.key, data, condition, span=span)
+            self._binder.sent.check(data, entities.Command(info.entity, info.command))
+        return entities.Provide(info.key, data, condition, span=span)
 
     # --- data ------------------------------------------------------------------------------------
 
     def _data_for(
-        self, node: ProvideNode | OtherwiseNode, info: CommunicationInfo | None, typer: Typer
-    ) -> Data | None:
+        self,
+        node: nodes.ProvideNode | nodes.OtherwiseNode,
+        info: CommunicationInfo | None,
+        typer: expressions.Typer,
+    ) -> entities.Data | None:
         if info is None or info.sent is None:
             return None
         if isinstance(info.sent, NoneType):
-            if node.data == DataObjectNode((), span=node.data.span):
-                return DataObject(())
+            if node.data == nodes.DataObjectNode((), span=node.data.span):
+                return entities.DataObject(())
             self._report.add(
                 "nothing-to-provide",
                 node.data.span,
@@ -324,7 +306,7 @@ class StatementResolver:
         return data.typed(node.data, info.sent, f"'{info.name}'")
 
 
-_ASSUMED = (Kind.OUTGOING, Kind.SERVICE, Kind.ACTION)
+_ASSUMED = (events.Kind.OUTGOING, events.Kind.SERVICE, events.Kind.ACTION)
 _ASSUME = "name an outgoing message, a service or an action"
 _CANNOT_FORBID = "the controller cannot forbid what the robot sends"
 _CANNOT_PREFER = "the controller does not decide when the robot sends it"
@@ -332,9 +314,9 @@ _STOPS = "name an incoming message, such as the velocity of a base"
 _CANNOT_PROVIDE = "the robot sends its data, not the controller"
 
 
-def check_preferences(preferences: Sequence[Preference], report: Report) -> None:
+def check_preferences(preferences: Sequence[entities.Preference], report: Report) -> None:
     """Report a cycle of commands of which each is preferred to the next."""
-    below: dict[str, dict[str, Span]] = {}
+    below: dict[str, dict[str, source.Span]] = {}
     for preference in preferences:
         for first, second in product(preference.preferred, preference.over):
             below.setdefault(first, {}).setdefault(second, preference.span)

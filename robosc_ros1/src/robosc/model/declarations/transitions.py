@@ -5,45 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from robosc.errors import Note
-from robosc.expr.tree import Expr, is_constant_data
-from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
-from robosc.expr.undefined_data import condition_on_data
+from robosc import errors, remedies, source
+from robosc.expr import tree, types, undefined_data
 from robosc.language.events import EventKind
-from robosc.model.automata import (
-    Assignment,
-    Transition,
-)
-from robosc.model.checks.behaviour_rules import (
-    NamedTransition,
-    check_repeated_events,
-    report_unavailable,
-)
+from robosc.model import automata
+from robosc.model.checks import behaviour_rules
 from robosc.model.diagnostics import Report
 from robosc.model.names.assignment_targets import Targets
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
-from robosc.model.typing.compatibility import check_range, coerce
-from robosc.model.typing.durations import DURATION, is_long_enough
-from robosc.model.typing.expected import ANY, BOOLEAN, expected_type
-from robosc.model.typing.expressions import Typer
+from robosc.model.typing import compatibility, durations, expected, expressions
 from robosc.model.typing.value_word import Incoming, is_value, no_value, reasons_type
-from robosc.remedies import write
-from robosc.source import Span
-from robosc.syntax.nodes import (
-    Access,
-    AfterNode,
-    AssignmentNode,
-    EffectNode,
-    ElseNode,
-    ExprNode,
-    Name,
-    PerformsNode,
-    ResultTransitionNode,
-    RetryNode,
-    ServiceNode,
-    TauNode,
-)
+from robosc.syntax import nodes
 
 
 class TransitionResolver:
@@ -61,11 +34,11 @@ class TransitionResolver:
         self._afters = 0
         self.inside = ""
         """The path of the state in which a transition stands; "": in none."""
-        self.event_spans: dict[tuple[int, EventKind], Span] = {}
+        self.event_spans: dict[tuple[int, EventKind], source.Span] = {}
         self.rest: set[tuple[int, EventKind]] = set()
         self.is_sound = True
 
-    def tau(self, node: TauNode) -> Transition:
+    def tau(self, node: nodes.TauNode) -> automata.Transition:
         """The internal transition of a node."""
         self._taus += 1
         incoming = no_value("an internal transition carries no value")
@@ -73,36 +46,38 @@ class TransitionResolver:
         assignments = self._assignments(node.assignments, incoming)
         goto, named = self._goto(node.goto)
         name = self._instance.name
-        return Transition(
+        return automata.Transition(
             EventKind.TAU, name, guard, assignments, goto, named, self._taus, span=node.span
         )
 
-    def after(self, node: AfterNode) -> Transition | None:
+    def after(self, node: nodes.AfterNode) -> automata.Transition | None:
         """The transition after a delay; None after an error."""
         incoming = no_value("'after' carries no value")
         guard = self._guard(node.guard, incoming)
         assignments = self._assignments(node.assignments, incoming)
         goto, named = self._goto(node.goto)
         name = self._instance.name
-        happening = Transition(
+        happening = automata.Transition(
             EventKind.AFTER, name, guard, assignments, goto, named, span=node.span
         )
         return self.waits(node.duration, "'after'", happening)
 
-    def waits(self, duration: ExprNode, what: str, happening: Transition) -> Transition | None:
+    def waits(
+        self, duration: nodes.ExprNode, what: str, happening: automata.Transition
+    ) -> automata.Transition | None:
         """What happens after a duration, which stands behind the word ``what``; None after an
         error."""
         self._afters += 1
         typer = self._typer(no_value(f"{what} carries no value"))
-        delay = typer.check(duration, DURATION, what)
-        if delay is None or not is_long_enough(delay, what, duration.span, self._report):
+        delay = typer.check(duration, durations.DURATION, what)
+        if delay is None or not durations.is_long_enough(delay, what, duration.span, self._report):
             self.is_sound = False
             return None
         return replace(happening, index=self._afters, delay=delay)
 
     def effect(
-        self, event: EventKind, info: CommunicationInfo, node: PerformsNode | EffectNode
-    ) -> Transition:
+        self, event: EventKind, info: CommunicationInfo, node: nodes.PerformsNode | nodes.EffectNode
+    ) -> automata.Transition:
         """What a clause says about an event of a communication."""
         taken = self.goes(event, info.whole_key, node)
         return replace(
@@ -110,21 +85,24 @@ class TransitionResolver:
         )
 
     def goes(
-        self, event: EventKind, key: str, node: PerformsNode | EffectNode | RetryNode
-    ) -> Transition:
+        self,
+        event: EventKind,
+        key: str,
+        node: nodes.PerformsNode | nodes.EffectNode | nodes.RetryNode,
+    ) -> automata.Transition:
         """Where the ``goto`` of a clause leads."""
         goto, named = self._goto(node.goto)
-        return Transition(event, key, None, (), goto, named, span=node.span)
+        return automata.Transition(event, key, None, (), goto, named, span=node.span)
 
-    def results(self, node: ResultTransitionNode) -> list[NamedTransition]:
+    def results(self, node: nodes.ResultTransitionNode) -> list[behaviour_rules.NamedTransition]:
         """One transition for each event of each communication that has it."""
         scope = self._instance.types.scope
         groups = GroupResolver(self._symbols, scope, self._report)
         listed, whole = groups.listed(node.communications)
         self.is_sound &= whole
         goto, named = self._goto(node.goto)
-        found: list[NamedTransition] = []
-        for name in check_repeated_events(node.events, self._report):
+        found: list[behaviour_rules.NamedTransition] = []
+        for name in behaviour_rules.check_repeated_events(node.events, self._report):
             having = [
                 (access, info, event)
                 for access, info in listed
@@ -133,43 +111,47 @@ class TransitionResolver:
             for access, info, event in having:
                 self.event_spans[node.span.start, event] = name.span
                 guard, assignments = self._clauses(node, _incoming(event, info))
-                transition = Transition(
+                transition = automata.Transition(
                     event, info.key, guard, assignments, goto, named, span=node.span
                 )
-                found.append(NamedTransition(transition, name, access, node.guard))
-                if isinstance(node.guard, ElseNode):
+                found.append(behaviour_rules.NamedTransition(transition, name, access, node.guard))
+                if isinstance(node.guard, nodes.ElseNode):
                     self.rest.add((node.span.start, event))
             if not having:
                 self._clauses(node, Incoming(None, known=False))  # for their own errors
                 self.is_sound = False
                 if listed:
-                    report_unavailable(name, [info for _, info in listed], self._report)
+                    behaviour_rules.report_unavailable(
+                        name, [info for _, info in listed], self._report
+                    )
         return found
 
     def _clauses(
-        self, node: ResultTransitionNode, incoming: Incoming
-    ) -> tuple[Expr | None, tuple[Assignment, ...]]:
+        self, node: nodes.ResultTransitionNode, incoming: Incoming
+    ) -> tuple[tree.Expr | None, tuple[automata.Assignment, ...]]:
         return self._guard(node.guard, incoming), self._assignments(node.assignments, incoming)
 
-    def _typer(self, incoming: Incoming) -> Typer:
-        return Typer(self._report, self._instance.types, self._symbols, incoming)
+    def _typer(self, incoming: Incoming) -> expressions.Typer:
+        return expressions.Typer(self._report, self._instance.types, self._symbols, incoming)
 
-    def _guard(self, node: ExprNode | ElseNode | None, incoming: Incoming) -> Expr | None:
-        if node is None or isinstance(node, ElseNode):
+    def _guard(
+        self, node: nodes.ExprNode | nodes.ElseNode | None, incoming: Incoming
+    ) -> tree.Expr | None:
+        if node is None or isinstance(node, nodes.ElseNode):
             return None
-        guard = self._typer(incoming).check(node, BOOLEAN, "a guard")
+        guard = self._typer(incoming).check(node, expected.BOOLEAN, "a guard")
         if guard is None:
             self.is_sound = False
             return None
-        return condition_on_data(guard)
+        return undefined_data.condition_on_data(guard)
 
-    def _goto(self, goto: Name | Access | None) -> tuple[str | None, str | None]:
+    def _goto(self, goto: nodes.Name | nodes.Access | None) -> tuple[str | None, str | None]:
         """The state in which a ``goto`` ends, and the one that it names, if that has states in it:
         it is entered through the initial one."""
         if goto is None:
             return None, None
         own, scope = self._instance, self._instance.types.scope
-        steps = [goto] if isinstance(goto, Name) else [goto.root, *_names(goto)]
+        steps = [goto] if isinstance(goto, nodes.Name) else [goto.root, *_names(goto)]
         path = _nearest_state(own, ".".join(step.text for step in steps), self.inside)
         if path is not None:
             parts = path.split(".")
@@ -186,19 +168,19 @@ class TransitionResolver:
                 "unknown-state",
                 goto.span,
                 f"{own.name} has no state '{goto.span.text}'",
-                write(inside) if known else suggested,
+                remedies.write(inside) if known else suggested,
             )
         return None, None
 
     # --- assignments -----------------------------------------------------------------------------
 
     def _assignments(
-        self, nodes: Sequence[AssignmentNode], incoming: Incoming
-    ) -> tuple[Assignment, ...]:
+        self, given: Sequence[nodes.AssignmentNode], incoming: Incoming
+    ) -> tuple[automata.Assignment, ...]:
         targets = Targets(self._instance, self._symbols, self._report)
-        found: list[Assignment] = []
-        seen: dict[str, Span] = {}
-        for node in nodes:
+        found: list[automata.Assignment] = []
+        seen: dict[str, source.Span] = {}
+        for node in given:
             target = targets.resolve(node.target)
             if target is not None and target in seen:
                 self._report.add(
@@ -206,7 +188,7 @@ class TransitionResolver:
                     node.target.span,
                     f"'{target}' is assigned twice at the same time",
                     "assignments of one transition happen at once",
-                    [Note("the first one is here", seen[target])],
+                    [errors.Note("the first one is here", seen[target])],
                 )
                 self.is_sound = False
             elif target is not None:
@@ -219,38 +201,38 @@ class TransitionResolver:
         return tuple(found)
 
     def _assignment(
-        self, node: AssignmentNode, target: str | None, incoming: Incoming
-    ) -> Assignment | None:
+        self, node: nodes.AssignmentNode, target: str | None, incoming: Incoming
+    ) -> automata.Assignment | None:
         type_ = self._instance.variables.get(target) if target is not None else None
         typer = self._typer(incoming)
         if target is None or type_ is None:
             # The value is typed for its own errors, although the variable's type is unknown.
-            if not (isinstance(node.value, Access) and not is_value(node.value)):
-                typer.check(node.value, ANY, "an assignment")
+            if not (isinstance(node.value, nodes.Access) and not is_value(node.value)):
+                typer.check(node.value, expected.ANY, "an assignment")
             return None
-        value = typer.check(node.value, expected_type(type_), f"variable '{target}'")
+        value = typer.check(node.value, expected.expected_type(type_), f"variable '{target}'")
         if value is None:
             return None
-        if is_constant_data(value) and _has_enum(type_):
+        if tree.is_constant_data(value) and _has_enum(type_):
             message = f"a constant with a value of an enum cannot be assigned to '{target}'"
             hint = "a variable holds what the enum converts; read the constant where it is needed"
             self._report.add("not-assignable", node.value.span, message, hint)
             return None
-        check_range(value, type_, f"'{target}'", self._report)
-        return Assignment(target, coerce(value, type_), span=node.span)
+        compatibility.check_range(value, type_, f"'{target}'", self._report)
+        return automata.Assignment(target, compatibility.coerce(value, type_), span=node.span)
 
 
-def _names(access: Access) -> Iterator[Name]:
-    return (step for step in access.path if isinstance(step, Name))
+def _names(access: nodes.Access) -> Iterator[nodes.Name]:
+    return (step for step in access.path if isinstance(step, nodes.Name))
 
 
-def _has_enum(type_: Type) -> bool:
+def _has_enum(type_: types.Type) -> bool:
     """Whether an array or object has a part of an enum."""
     match type_:
-        case ArrayType(element=element):
-            return isinstance(element, EnumType) or _has_enum(element)
-        case ObjectType(properties=properties):
-            return any(isinstance(t, EnumType) or _has_enum(t) for _, t in properties)
+        case types.ArrayType(element=element):
+            return isinstance(element, types.EnumType) or _has_enum(element)
+        case types.ObjectType(properties=properties):
+            return any(isinstance(t, types.EnumType) or _has_enum(t) for _, t in properties)
     return False
 
 
@@ -259,7 +241,7 @@ def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:
     if found is None or found.brings is None:
         return no_value(f"'on {event.word}' carries no value")
     reasons = reasons_type(info.kind) if event is EventKind.ERROR else None
-    if reasons and isinstance(info.node, ServiceNode) and not info.node.expect:
+    if reasons and isinstance(info.node, nodes.ServiceNode) and not info.node.expect:
         why = "'on error' of a service carries a value only where it has 'expect:'"
         return Incoming(None, why, reasons=reasons)
     type_ = info.brought(event)

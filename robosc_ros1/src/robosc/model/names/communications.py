@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robosc.errors import Note
+from robosc import errors, remedies, source
 from robosc.language.events import EventKind
 from robosc.model.diagnostics import Report
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
-from robosc.remedies import write, write_one
-from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 
 _SENT = "what the controller publishes is incoming: incoming message {}"
@@ -43,7 +41,7 @@ def resolve_communication(
 
 
 def report_misdirected(
-    info: CommunicationInfo, code: str, span: Span, message: str, report: Report
+    info: CommunicationInfo, code: str, span: source.Span, message: str, report: Report
 ) -> None:
     """Report that an outgoing message is used as a command, at the first of all places."""
     if not info.misdirected:
@@ -51,14 +49,14 @@ def report_misdirected(
         report.add(code, span, message, _SENT.format(info.name))
 
 
-def report_repeated(access: Access, first: Span, report: Report) -> None:
+def report_repeated(access: Access, first: source.Span, report: Report) -> None:
     """Report a communication that a statement names a second time."""
     report.add(
         "repeated-communication",
         access.span,
         f"'{access.span.text}' appears twice in this statement",
         None,
-        [Note("the first one is here", first)],
+        [errors.Note("the first one is here", first)],
     )
 
 
@@ -79,7 +77,7 @@ def _bare(
             "ambiguous-name",
             access.span,
             f"there are {len(infos)} communications '{name}'",
-            write_one([i.key for i in infos]),
+            remedies.write_one([i.key for i in infos]),
         )
         return None
     # It may be one of a component that could not be imported.
@@ -106,7 +104,7 @@ def _qualified(
         infos = symbols.communications(root)
         if len(infos) == 1 and member.text in (e.word for e in infos[0].events):
             message = f"'{access.span.text}' is an event, and this is about its communication"
-            report.add("unknown-communication", access.span, message, write(root))
+            report.add("unknown-communication", access.span, message, remedies.write(root))
         elif not symbols.is_broken(root) and not scope.is_unresolved(root, "component"):
             report.add(
                 "unknown-name",

@@ -16,49 +16,24 @@ from functools import cache
 from operator import is_
 from typing import Any, cast
 
-from robosc.language.functions import AGGREGATES
-from robosc.language.operators import BINARY, Operand
+from robosc.language import functions, operators
 from robosc.model.diagnostics import Report
 from robosc.model.names.copies_scope import Scope, indexes_of, indexes_of_for, repeated
 from robosc.names import Copy, copy_name
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    Access,
-    AggregateNode,
-    ArrayNode,
-    BinaryNode,
-    ComponentNode,
-    ConditionNode,
-    DataNode,
-    DataObjectNode,
-    DeclarationNode,
-    ElementNode,
-    ExceptNode,
-    ExprNode,
-    FileNode,
-    ForNode,
-    ImportNode,
-    LiteralNode,
-    MemberNode,
-    Name,
-    RangeNode,
-    RequirementsNode,
-    SliceNode,
-    StringNode,
-    UnaryNode,
-)
+from robosc.syntax import nodes
 
 
-def write_out(node: FileNode, report: Report) -> FileNode:
+def write_out(node: nodes.FileNode, report: Report) -> nodes.FileNode:
     """The file with indexed components, ``for`` and groups of requirements expanded; the same file
     if it has none."""
     several = {
         item.name.text: item.indexes
         for item in node.declarations
-        if isinstance(item, ComponentNode | ImportNode) and item.indexes is not None
+        if isinstance(item, nodes.ComponentNode | nodes.ImportNode) and item.indexes is not None
     }
     single = _ungrouped(node.declarations)
-    repeats = several or any(isinstance(item, ForNode) for item in node.declarations)
+    repeats = several or any(isinstance(item, nodes.ForNode) for item in node.declarations)
     if not repeats:
         return (
             node
@@ -66,7 +41,7 @@ def write_out(node: FileNode, report: Report) -> FileNode:
             else replace(node, declarations=single, written=node)
         )
     writer = _Writer(several, report)
-    declarations: list[DeclarationNode] = []
+    declarations: list[nodes.DeclarationNode] = []
     for item in single:
         declarations += writer.declaration(item, Scope())
     return replace(
@@ -81,12 +56,12 @@ def _ungrouped(items: tuple[Any, ...]) -> tuple[Any, ...]:
     """Declarations with the members of groups of requirements in their places."""
     found: list[Any] = []
     for item in items:
-        if isinstance(item, RequirementsNode):
+        if isinstance(item, nodes.RequirementsNode):
             found += item.statements
-        elif isinstance(item, ComponentNode):
+        elif isinstance(item, nodes.ComponentNode):
             inside = _ungrouped(item.items)
             found.append(item if inside is item.items else replace(item, items=inside))
-        elif isinstance(item, ForNode):
+        elif isinstance(item, nodes.ForNode):
             statements = _ungrouped(item.statements)
             changed = statements is not item.statements
             found.append(replace(item, statements=statements) if changed else item)
@@ -96,7 +71,7 @@ def _ungrouped(items: tuple[Any, ...]) -> tuple[Any, ...]:
     return items if same else tuple(found)
 
 
-def over_copies(node: ExprNode, copies: Iterable[Copy], report: Report) -> ExprNode:
+def over_copies(node: nodes.ExprNode, copies: Iterable[Copy], report: Report) -> nodes.ExprNode:
     """A condition in which ``Station[3]`` and ``any(s.on for s in Station)`` are expanded.
 
     ``copies`` are those of all indexed components.
@@ -105,43 +80,45 @@ def over_copies(node: ExprNode, copies: Iterable[Copy], report: Report) -> ExprN
     for copy in copies:
         indexes.setdefault(copy.family, []).append(copy.index)
     several = {
-        family: RangeNode(min(of_family), max(of_family), span=node.span)
+        family: nodes.RangeNode(min(of_family), max(of_family), span=node.span)
         for family, of_family in indexes.items()
     }
-    written: ExprNode = _Writer(several, report).node(node, Scope())
+    written: nodes.ExprNode = _Writer(several, report).node(node, Scope())
     return written
 
 
 class _Writer:
     """Expands declarations; ``mentions`` has the first copy's name for each aggregate."""
 
-    def __init__(self, several: Mapping[str, RangeNode], report: Report) -> None:
+    def __init__(self, several: Mapping[str, nodes.RangeNode], report: Report) -> None:
         self._several = several
         self._report = report
         # All by the identities of nodes; ``_written`` also by the meanings of the names in them.
         self._words: dict[int, frozenset[str]] = {}
         self._written: dict[tuple[int, Hashable], Any] = {}
-        self._asked: dict[int, ExprNode] = {}
-        self.mentions: list[Name] = []
+        self._asked: dict[int, nodes.ExprNode] = {}
+        self.mentions: list[nodes.Name] = []
 
     # --- declarations ---
 
-    def declaration(self, item: DeclarationNode, scope: Scope) -> Iterable[DeclarationNode]:
-        if isinstance(item, ForNode):
+    def declaration(
+        self, item: nodes.DeclarationNode, scope: Scope
+    ) -> Iterable[nodes.DeclarationNode]:
+        if isinstance(item, nodes.ForNode):
             return self._for(item, scope)
-        if isinstance(item, ComponentNode | ImportNode) and item.indexes is not None:
+        if isinstance(item, nodes.ComponentNode | nodes.ImportNode) and item.indexes is not None:
             return self._component(item, item.indexes)
         return (self.node(item, scope),)
 
     def _component(
-        self, item: ComponentNode | ImportNode, indexes: RangeNode
-    ) -> list[DeclarationNode]:
-        copies: list[DeclarationNode] = []
+        self, item: nodes.ComponentNode | nodes.ImportNode, indexes: nodes.RangeNode
+    ) -> list[nodes.DeclarationNode]:
+        copies: list[nodes.DeclarationNode] = []
         for index in indexes_of(indexes, self._report):
             copy = Copy(item.name.text, index)
             name = replace(item.name, text=copy.name)
             scope = Scope(own=copy).inside("index", index)
-            if isinstance(item, ComponentNode):
+            if isinstance(item, nodes.ComponentNode):
                 parts = (self.node(part, scope) for part in item.items)
                 items = tuple(repeated(part, scope, item.span) for part in parts)
                 copies.append(replace(item, name=name, items=items, indexes=None, copy=copy))
@@ -152,12 +129,12 @@ class _Writer:
                 copies.append(replace(changed, indexes=None, copy=copy))
         return copies
 
-    def _for(self, node: ForNode, scope: Scope) -> list[DeclarationNode]:
-        written: list[DeclarationNode] = []
+    def _for(self, node: nodes.ForNode, scope: Scope) -> list[nodes.DeclarationNode]:
+        written: list[nodes.DeclarationNode] = []
         for index in indexes_of_for(node, scope, self._report):
             inner = scope.inside(node.variable.text, index)
             for statement in node.statements:
-                if isinstance(statement, ConditionNode):
+                if isinstance(statement, nodes.ConditionNode):
                     if statement.duration is not None:
                         self._report.add(
                             "misplaced",
@@ -179,7 +156,7 @@ class _Writer:
         if isinstance(node, tuple):
             parts = tuple(self.node(part, scope) for part in node)
             return parts if any(a is not b for a, b in zip(parts, node, strict=True)) else node
-        if not is_dataclass(node) or isinstance(node, Span | Name):
+        if not is_dataclass(node) or isinstance(node, Span | nodes.Name):
             return node
         words = self._words_of(node)
         meanings = scope.meanings(words)
@@ -198,18 +175,18 @@ class _Writer:
 
     def _expanded(self, node: Any, scope: Scope) -> Any:
         match node:
-            case StringNode(text=text):
+            case nodes.StringNode(text=text):
                 return replace(node, text=scope.filled_in(text))
-            case LiteralNode(value=str() as text):
+            case nodes.LiteralNode(value=str() as text):
                 return replace(node, value=scope.filled_in(text))
-            case Access():
+            case nodes.Access():
                 return self._access(node, scope)
-            case MemberNode(object=ElementNode(array=Access(path=()) as array, index=index)) if (
-                self._is_several(array, scope)
-            ):
+            case nodes.MemberNode(
+                object=nodes.ElementNode(array=nodes.Access(path=()) as array, index=index)
+            ) if self._is_several(array, scope):
                 found = self._constant(index, scope)
                 return self._one(replace(array, span=node.span), found, node.path)
-            case AggregateNode():
+            case nodes.AggregateNode():
                 members = self._members(node, scope)
                 if members is not None:
                     return self._over_components(node, members, scope)
@@ -231,29 +208,29 @@ class _Writer:
             same = len(parts) == len(part) and all(map(is_, parts, part))
             return part if same else parts
         copy = self.node(part, scope)
-        return copy if isinstance(copy, Access | ExceptNode) else part
+        return copy if isinstance(copy, nodes.Access | nodes.ExceptNode) else part
 
     def _each(self, part: Any, scope: Scope) -> Iterable[Any]:
         """A named part; all copies where an indexed component is named as a whole."""
-        whole = isinstance(part, Access) and not part.path and part.index is None
+        whole = isinstance(part, nodes.Access) and not part.path and part.index is None
         if not whole or not self._is_several(part, scope) or part.root.text == scope.family:
             return (self._named(part, scope),)
         indexes = self._several[part.root.text]
         return [self._one(part, i, ()) for i in range(indexes.first, indexes.last + 1)]
 
-    def _is_several(self, access: Access, scope: Scope) -> bool:
+    def _is_several(self, access: nodes.Access, scope: Scope) -> bool:
         name = access.root.text
         return name in self._several and not isinstance(scope.names.get(name), str)
 
     # --- names ---
 
-    def _access(self, node: Access, scope: Scope) -> ExprNode:
+    def _access(self, node: nodes.Access, scope: Scope) -> nodes.ExprNode:
         name = node.root.text
         match scope.names.get(name):
             case str(component):
                 return replace(node, root=replace(node.root, text=component))
             case int(number) if not node.path and node.index is None:
-                return LiteralNode(number, span=node.span)
+                return nodes.LiteralNode(number, span=node.span)
             case None | int():
                 pass
             case condition if not node.path:
@@ -272,7 +249,9 @@ class _Writer:
         self._report.add("bad-index", node.root.span, message, hint)
         return self._one(node, indexes.first, node.path)
 
-    def _one(self, node: Access, index: int | None, path: tuple[Name | int, ...]) -> Access:
+    def _one(
+        self, node: nodes.Access, index: int | None, path: tuple[nodes.Name | int, ...]
+    ) -> nodes.Access:
         """The access with the copy of an index as its root; the first copy after an error."""
         name = node.root.text
         indexes = self._several[name]
@@ -283,9 +262,9 @@ class _Writer:
             self._report.add("bad-index", node.span, f"there is no {copy_name(name, index)}", hint)
             index = indexes.first
         root = replace(node.root, text=copy_name(name, index))
-        return Access(root, path, span=node.span)
+        return nodes.Access(root, path, span=node.span)
 
-    def _constant(self, node: ExprNode, scope: Scope) -> int | None:
+    def _constant(self, node: nodes.ExprNode, scope: Scope) -> int | None:
         """The value of an index; None after an error."""
         value = _value(self.node(node, scope))
         if value is None:
@@ -300,16 +279,16 @@ class _Writer:
 
     # --- aggregates over components ---
 
-    def _members(self, node: AggregateNode, scope: Scope) -> list[str] | None:
+    def _members(self, node: nodes.AggregateNode, scope: Scope) -> list[str] | None:
         """The components over which an aggregate ranges; None if it ranges over data."""
         array = node.array
-        base = array.array if isinstance(array, SliceNode) else array
-        if not isinstance(base, Access) or base.path or not self._is_several(base, scope):
+        base = array.array if isinstance(array, nodes.SliceNode) else array
+        if not isinstance(base, nodes.Access) or base.path or not self._is_several(base, scope):
             return None
         name = base.root.text
         first, last = self._several[name].first, self._several[name].last
         self.mentions.append(replace(base.root, text=copy_name(name, first)))
-        if isinstance(array, SliceNode):
+        if isinstance(array, nodes.SliceNode):
             low, high = self._constant(array.first, scope), self._constant(array.last, scope)
             for index, place in ((low, array.first), (high, array.last)):
                 if index is not None and not first <= index <= last:
@@ -320,29 +299,35 @@ class _Writer:
         return [copy_name(name, index) for index in range(first, last + 1)]
 
     def _over_components(
-        self, node: AggregateNode, members: Iterable[str], scope: Scope
-    ) -> AggregateNode | ArrayNode | LiteralNode:
+        self, node: nodes.AggregateNode, members: Iterable[str], scope: Scope
+    ) -> nodes.AggregateNode | nodes.ArrayNode | nodes.LiteralNode:
         """The aggregate over the list of what it asks of each component."""
-        operation = AGGREGATES.get(node.function.text)
-        if node.condition and operation and operation.operands is not Operand.BOOLEAN:
+        operation = functions.AGGREGATES.get(node.function.text)
+        if node.condition and operation and operation.operands is not operators.Operand.BOOLEAN:
             what = "an array" if node.function.text == "[" else f"'{node.function.text}'"
             message = f"{what} over components takes no 'if'"
             self._report.add("not-over-components", node.span, message, "leave out the 'if'")
             makes_array = node.function.text == "["
-            return ArrayNode((), span=node.span) if makes_array else LiteralNode(0, span=node.span)
+            return (
+                nodes.ArrayNode((), span=node.span)
+                if makes_array
+                else nodes.LiteralNode(0, span=node.span)
+            )
         asked, name = self._asked_of(node), node.variable.text
         elements = tuple(self.node(asked, scope.inside(name, member)) for member in members)
-        array = ArrayNode(elements, span=node.array.span)
-        element = Access(Name(name, span=node.function.span), (), span=node.function.span)
+        array = nodes.ArrayNode(elements, span=node.array.span)
+        element = nodes.Access(
+            nodes.Name(name, span=node.function.span), (), span=node.function.span
+        )
         return replace(node, element=element, array=array, condition=None)
 
-    def _asked_of(self, node: AggregateNode) -> DataNode:
+    def _asked_of(self, node: nodes.AggregateNode) -> nodes.DataNode:
         """What an aggregate asks of each component: its element, on its condition."""
-        if node.condition is None or isinstance(node.element, DataObjectNode):
+        if node.condition is None or isinstance(node.element, nodes.DataObjectNode):
             return node.element
         if id(node) not in self._asked:
             operator = "=>" if node.function.text == "all" else "and"
-            self._asked[id(node)] = BinaryNode(
+            self._asked[id(node)] = nodes.BinaryNode(
                 operator, node.condition, node.element, operator_span=node.span, span=node.span
             )
         return self._asked[id(node)]
@@ -351,16 +336,16 @@ class _Writer:
 def _value(node: Any) -> int | None:
     """The value of an expression over whole numbers; None for any other expression."""
     match node:
-        case LiteralNode(value=int() as value) if not isinstance(value, bool):
+        case nodes.LiteralNode(value=int() as value) if not isinstance(value, bool):
             return value
-        case UnaryNode(operator="-", operand=operand):
+        case nodes.UnaryNode(operator="-", operand=operand):
             inner = _value(operand)
             return None if inner is None else -inner
-        case BinaryNode(operator=operator) if BINARY[operator].keeps_integers:
+        case nodes.BinaryNode(operator=operator) if operators.BINARY[operator].keeps_integers:
             numbers = _value(node.left), _value(node.right)
             if None in numbers or (operator == "%" and numbers[1] == 0):
                 return None
-            return int(BINARY[operator].scalar(*numbers))
+            return int(operators.BINARY[operator].scalar(*numbers))
     return None
 
 

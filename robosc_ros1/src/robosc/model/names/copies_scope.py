@@ -7,11 +7,10 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robosc import limits
+from robosc import limits, source
 from robosc.model.diagnostics import Report
 from robosc.names import Copy
-from robosc.source import Span
-from robosc.syntax.nodes import ExprNode, ForNode, RangeNode, Repeated
+from robosc.syntax import nodes
 
 _PLACEHOLDER = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
 
@@ -25,14 +24,14 @@ class Scope:
     copy of a component that is being made: the bare name ``family`` means it.
     """
 
-    names: Mapping[str, int | str | ExprNode] = field(default_factory=dict)
+    names: Mapping[str, int | str | nodes.ExprNode] = field(default_factory=dict)
     own: Copy | None = None
 
     @property
     def family(self) -> str:
         return "" if self.own is None else self.own.family
 
-    def inside(self, name: str, meaning: int | str | ExprNode) -> Scope:
+    def inside(self, name: str, meaning: int | str | nodes.ExprNode) -> Scope:
         """The scope with one more name, which hides an outer one."""
         return replace(self, names={**self.names, name: meaning})
 
@@ -56,14 +55,14 @@ class Scope:
         return _PLACEHOLDER.sub(lambda match: str(numbers.get(match[1], match[0])), text)
 
 
-def repeated(statement: Any, scope: Scope, block: Span) -> Any:
+def repeated(statement: Any, scope: Scope, block: source.Span) -> Any:
     """A statement that is one of the copies of those in a block, if its kind tells that."""
     if not hasattr(statement, "repeated") or statement.repeated is not None:
         return statement
-    return replace(statement, repeated=Repeated(tuple(scope.numbers.items()), block))
+    return replace(statement, repeated=nodes.Repeated(tuple(scope.numbers.items()), block))
 
 
-def indexes_of(node: RangeNode, report: Report) -> range:
+def indexes_of(node: nodes.RangeNode, report: Report) -> range:
     """The indexes of a range; only the first one after a reported error."""
     if node.first > node.last:
         message = f"{node.first} is greater than {node.last}"
@@ -76,7 +75,7 @@ def indexes_of(node: RangeNode, report: Report) -> range:
     return range(node.first, node.first + 1)
 
 
-def indexes_of_for(node: ForNode, scope: Scope, report: Report) -> range:
+def indexes_of_for(node: nodes.ForNode, scope: Scope, report: Report) -> range:
     """The indexes of a ``for``, with the statements of all that are in it taken into account."""
     indexes = indexes_of(node.indexes, report)
     if len(indexes) == 1 or _statements_from(node) <= limits.STATEMENTS:
@@ -87,8 +86,8 @@ def indexes_of_for(node: ForNode, scope: Scope, report: Report) -> range:
     return indexes[:1]
 
 
-def _statements_from(node: ForNode) -> int:
+def _statements_from(node: nodes.ForNode) -> int:
     """How many statements a ``for`` stands for, if all its ranges have a permitted length."""
     length = min(max(0, node.indexes.last - node.indexes.first + 1), limits.COPIES)
-    each = (_statements_from(s) if isinstance(s, ForNode) else 1 for s in node.statements)
+    each = (_statements_from(s) if isinstance(s, nodes.ForNode) else 1 for s in node.statements)
     return length * max(1, sum(each))  # an empty one is visited, too

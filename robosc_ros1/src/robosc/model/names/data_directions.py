@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
-from robosc.language.events import COMMUNICATIONS, Direction, Kind
-from robosc.syntax.nodes import (
-    CommunicationNode,
-    MessageNode,
-    ServedActionNode,
-    ServedServiceNode,
-    ServiceNode,
-    TypeNode,
-)
+from robosc.language import events
+from robosc.syntax import nodes
 
 
-def kind_of(node: CommunicationNode) -> Kind:
+def kind_of(node: nodes.CommunicationNode) -> events.Kind:
     """Return the kind of communication that a node declares."""
     match node:
-        case MessageNode(direction="incoming"):
-            return Kind.INCOMING
-        case MessageNode():
-            return Kind.OUTGOING
-        case ServedActionNode():
-            return Kind.SERVED_ACTION
-        case ServedServiceNode():
-            return Kind.SERVED_SERVICE
-        case ServiceNode():
-            return Kind.SERVICE
-    return Kind.ACTION
+        case nodes.MessageNode(direction="incoming"):
+            return events.Kind.INCOMING
+        case nodes.MessageNode():
+            return events.Kind.OUTGOING
+        case nodes.ServedActionNode():
+            return events.Kind.SERVED_ACTION
+        case nodes.ServedServiceNode():
+            return events.Kind.SERVED_SERVICE
+        case nodes.ServiceNode():
+            return events.Kind.SERVICE
+    return events.Kind.ACTION
 
 
-def types_of(node: CommunicationNode) -> dict[Direction, TypeNode]:
+def types_of(node: nodes.CommunicationNode) -> dict[events.Direction, nodes.TypeNode]:
     """Return the types in the order in which a ROS definition has them."""
-    parts = COMMUNICATIONS[kind_of(node)].parts
-    if isinstance(node, MessageNode):
+    parts = events.COMMUNICATIONS[kind_of(node)].parts
+    if isinstance(node, nodes.MessageNode):
         return dict.fromkeys(parts, node.type)
     return {part: getattr(node, part) for part in parts}

@@ -7,15 +7,8 @@ from typing import TypeAlias
 
 from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
-from robosc.model.names.communications import (
-    answer_named,
-    communications_named,
-    report_misdirected,
-    report_repeated,
-    resolve_communication,
-)
+from robosc.model.names import communications, tables
 from robosc.model.names.scope import FileScope
-from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.source import Span
 from robosc.syntax.nodes import Access, ExceptNode, Group
 
@@ -24,7 +17,7 @@ _FREE = (
     " answered with an error; name the response: {0}"
 )
 _EMPTY = "the group is empty: 'except' removes every command"
-_Members: TypeAlias = dict[str, tuple[Access, CommunicationInfo]]
+_Members: TypeAlias = dict[str, tuple[Access, tables.CommunicationInfo]]
 
 
 def is_all(access: Access) -> bool:
@@ -35,7 +28,7 @@ def is_all(access: Access) -> bool:
 class GroupResolver:
     """Resolves the commands that a statement names."""
 
-    def __init__(self, symbols: SymbolTable, scope: FileScope, report: Report) -> None:
+    def __init__(self, symbols: tables.SymbolTable, scope: FileScope, report: Report) -> None:
         self._symbols = symbols
         self._scope = scope
         self._report = report
@@ -67,11 +60,15 @@ class GroupResolver:
         """By the keys of the calls in a group that are named without an answer, the keys of the
         feedback that the controller gives of them."""
         named = (item for item in group if isinstance(item, Access))
-        infos = (info for item in named for info in communications_named(item, self._symbols))
+        infos = (
+            info
+            for item in named
+            for info in communications.communications_named(item, self._symbols)
+        )
         pairs = ((info, info.feedback_command()) for info in infos)
         return {info.key: report.key for info, report in pairs if report is not None}
 
-    def listed(self, group: Group) -> tuple[list[tuple[Access, CommunicationInfo]], bool]:
+    def listed(self, group: Group) -> tuple[list[tuple[Access, tables.CommunicationInfo]], bool]:
         """The communications of a transition, each once, and whether none of them has an error.
 
         Each is there with what names it first. Outgoing messages are named one by one.
@@ -82,7 +79,7 @@ class GroupResolver:
     def _resolved(
         self,
         group: Group,
-        named: Callable[[Access], CommunicationInfo | None],
+        named: Callable[[Access], tables.CommunicationInfo | None],
         *,
         left_out: Iterable[str] = (),
         may_be_empty: bool = False,
@@ -105,7 +102,7 @@ class GroupResolver:
             elif (info := named(item)) is None:
                 whole = False
             elif info.key in own_names:
-                report_repeated(item, own_names[info.key], self._report)
+                communications.report_repeated(item, own_names[info.key], self._report)
             else:
                 own_names[info.key] = item.span
                 resolved.setdefault(info.key, (item, info))
@@ -115,7 +112,7 @@ class GroupResolver:
         self,
         members: _Members,
         node: ExceptNode,
-        named: Callable[[Access], CommunicationInfo | None],
+        named: Callable[[Access], tables.CommunicationInfo | None],
     ) -> tuple[_Members, bool]:
         """What is left of a group."""
         others, whole = self._resolved(node.communications, named, may_be_empty=True)
@@ -125,18 +122,20 @@ class GroupResolver:
             return left, False
         return left, whole
 
-    def _communication(self, access: Access) -> CommunicationInfo | None:
-        return resolve_communication(access, self._symbols, self._scope, self._report)
+    def _communication(self, access: Access) -> tables.CommunicationInfo | None:
+        return communications.resolve_communication(
+            access, self._symbols, self._scope, self._report
+        )
 
     def command(
         self, access: Access, code: str, why: str, *, given: bool = False
-    ) -> CommunicationInfo | None:
+    ) -> tables.CommunicationInfo | None:
         """The command of a name; None after an error.
 
         A call that the controller serves stands for its response. ``given``: the name is that of
         what carries data, which the error to a call does, too.
         """
-        answer = answer_named(access, self._symbols)
+        answer = communications.answer_named(access, self._symbols)
         if answer is not None:
             access, kind = answer
             if kind is EventKind.REFUSAL and given:
@@ -150,11 +149,11 @@ class GroupResolver:
             return info.feedback_command()
         if info is not None and info.kind is Kind.OUTGOING:
             message = f"'{info.name}' is an outgoing message: {why}"
-            report_misdirected(info, code, access.span, message, self._report)
+            communications.report_misdirected(info, code, access.span, message, self._report)
             return None
         return info
 
-    def _members(self, access: Access) -> list[CommunicationInfo] | None:
+    def _members(self, access: Access) -> list[tables.CommunicationInfo] | None:
         """The commands of ``all`` or of a component; None if one communication is named."""
         if is_all(access):
             return _commands_of(self._symbols.components.values())
@@ -165,7 +164,7 @@ class GroupResolver:
         self._scope.names.use(access.root, component.declaration)
         return _commands_of([component])
 
-    def _has_commands(self, access: Access, members: list[CommunicationInfo]) -> bool:
+    def _has_commands(self, access: Access, members: list[tables.CommunicationInfo]) -> bool:
         if members or self._symbols.component_table.broken:
             return not self._symbols.component_table.broken
         if is_all(access) and self._scope.node.kind == "library":
@@ -176,7 +175,7 @@ class GroupResolver:
         return False
 
 
-def _commands_of(components: Iterable[Instance]) -> list[CommunicationInfo]:
+def _commands_of(components: Iterable[tables.Instance]) -> list[tables.CommunicationInfo]:
     return [
         info
         for component in components

@@ -11,9 +11,7 @@ from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import Symbol, SymbolKind
 from robosc.model.names.scope import FileScope
 from robosc.model.names.value_scope import ValueScope
-from robosc.model.ros.interfaces import Missing
-from robosc.model.ros.missing import MissingDefinitions
-from robosc.model.ros.object_types import is_ros_type
+from robosc.model.ros import interfaces, missing, object_types
 from robosc.model.typing.compatibility import type_of
 from robosc.source import Span
 from robosc.syntax.nodes import Access, EnumNode, Name, RosTypeNode
@@ -34,7 +32,7 @@ class KnownTypes:
         self.values = ValueScope()
         self.libraries: dict[str, KnownTypes] = {}
         self._report = report
-        self._missing = MissingDefinitions(type_declarations.ros.definitions, report)
+        self._missing = missing.MissingDefinitions(type_declarations.ros.definitions, report)
         self._types: dict[str, Type | None] = {}
         self._shells: dict[str, EnumType] = {}
         self._by_value: dict[str, list[EnumType]] = {}
@@ -73,7 +71,7 @@ class KnownTypes:
         """Whether the definition of an interface has a constant."""
         node = self.scope.interfaces[interface]
         constants = self.type_declarations.ros.constants(node.package.text, node.type.text)
-        return not isinstance(constants, Missing) and name in constants
+        return not isinstance(constants, interfaces.Missing) and name in constants
 
     def interface_constant(self, access: Access, member: Name) -> Literal | None:
         """``interface.NAME``: a constant of its definition; None after an error."""
@@ -90,7 +88,7 @@ class KnownTypes:
 
     def _ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
         constants = self.type_declarations.ros.constants(package.text, type_.text)
-        if isinstance(constants, Missing):
+        if isinstance(constants, interfaces.Missing):
             node = RosTypeNode(package, type_, span=span)
             self._missing.of_interface(constants, node, "message, service or action")
             return None
@@ -111,7 +109,7 @@ class KnownTypes:
 
     def record_property(self, name: Name, object_: ObjectType) -> None:
         """Record a name in this file as a property of an object."""
-        if is_ros_type(object_):
+        if object_types.is_ros_type(object_):
             detail = f"field of {object_.name}"
             symbol = Symbol(SymbolKind.PROPERTY, name.text, object_.name, detail=detail)
             self.scope.names.note(name, symbol)

@@ -15,28 +15,7 @@ from typing import TypeAlias
 
 from robosc.model.names.data_directions import kind_of, types_of
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    ActionNode,
-    CommunicationNode,
-    ComponentNode,
-    ConditionNode,
-    ConstantNode,
-    EnumNode,
-    EnumRuleNode,
-    FileNode,
-    FunctionNode,
-    ImportNode,
-    InterfaceNode,
-    MessageNode,
-    Name,
-    ObjectNode,
-    ParameterNode,
-    PropertyNode,
-    ServiceNode,
-    StateNode,
-    ValueNode,
-    VariableNode,
-)
+from robosc.syntax import nodes
 
 
 class SymbolKind(Enum):
@@ -124,20 +103,20 @@ class NameIndex:
 
 
 _Named: TypeAlias = (
-    FileNode
-    | ComponentNode
-    | ImportNode
-    | CommunicationNode
-    | StateNode
-    | VariableNode
-    | ObjectNode
-    | PropertyNode
-    | EnumNode
-    | InterfaceNode
-    | ValueNode
-    | FunctionNode
+    nodes.FileNode
+    | nodes.ComponentNode
+    | nodes.ImportNode
+    | nodes.CommunicationNode
+    | nodes.StateNode
+    | nodes.VariableNode
+    | nodes.ObjectNode
+    | nodes.PropertyNode
+    | nodes.EnumNode
+    | nodes.InterfaceNode
+    | nodes.ValueNode
+    | nodes.FunctionNode
 )
-Declaration: TypeAlias = _Named | EnumRuleNode
+Declaration: TypeAlias = _Named | nodes.EnumRuleNode
 
 
 class NameRecorder:
@@ -161,18 +140,18 @@ class NameRecorder:
             self._found[symbol.declared.start] = Occurrence(symbol.declared, symbol, True)
 
     def use(
-        self, name: Name, node: Declaration | None, owner: str = "", *, write: bool = False
+        self, name: nodes.Name, node: Declaration | None, owner: str = "", *, write: bool = False
     ) -> None:
         """Record a name that refers to a declaration; nothing if that is None."""
         if node is not None and not self._closed:
             self._used.add(id(node))
-            copy = node.copy if isinstance(node, ComponentNode | ImportNode) else None
+            copy = node.copy if isinstance(node, nodes.ComponentNode | nodes.ImportNode) else None
             if copy is not None and name.span.text.lstrip("^") != copy.family:
                 return  # the variable of an aggregate over components, expanded to one of them
             symbol = self._symbol(node, owner)
             self._found[name.span.start] = Occurrence(name.span, symbol, False, write)
 
-    def note(self, name: Name, symbol: Symbol) -> None:
+    def note(self, name: nodes.Name, symbol: Symbol) -> None:
         """Record the name of something that no model declares."""
         if not self._closed:
             self._found[name.span.start] = Occurrence(name.span, symbol)
@@ -199,7 +178,7 @@ class NameRecorder:
 
 
 def _symbol_of(node: Declaration, owner: str) -> Symbol:
-    if isinstance(node, EnumRuleNode):
+    if isinstance(node, nodes.EnumRuleNode):
         name = node.value
         kind, detail = SymbolKind.VALUE, f"value of {owner}"
     else:
@@ -210,38 +189,38 @@ def _symbol_of(node: Declaration, owner: str) -> Symbol:
 
 def _kind_and_detail(node: _Named) -> tuple[SymbolKind, str]:
     match node:
-        case FileNode(kind="robot"):
+        case nodes.FileNode(kind="robot"):
             return SymbolKind.ROBOT, "robot"
-        case FileNode():
+        case nodes.FileNode():
             return SymbolKind.LIBRARY, "library"
-        case ComponentNode():
+        case nodes.ComponentNode():
             return SymbolKind.COMPONENT, "component"
-        case ImportNode(library=library, component=component):
+        case nodes.ImportNode(library=library, component=component):
             return SymbolKind.COMPONENT, f"component {component.text} of library {library.text}"
-        case MessageNode() | ServiceNode() | ActionNode():
+        case nodes.MessageNode() | nodes.ServiceNode() | nodes.ActionNode():
             types = " → ".join(type_.span.text for type_ in types_of(node).values())
             return SymbolKind.COMMUNICATION, f"{kind_of(node).value}: {types}"
-        case StateNode():
+        case nodes.StateNode():
             words = ["initial"] * node.initial + ["marked"] * node.marked + ["state"]
             if node.performs is not None:
                 words.append(f"that performs {node.performs.communication.span.text}")
             return SymbolKind.STATE, " ".join(words)
-        case VariableNode(type=type_):
+        case nodes.VariableNode(type=type_):
             return SymbolKind.VARIABLE, f"variable: {type_.span.text}"
-        case ObjectNode():
+        case nodes.ObjectNode():
             return SymbolKind.OBJECT, "datatype object"
-        case PropertyNode(type=type_):
+        case nodes.PropertyNode(type=type_):
             return SymbolKind.PROPERTY, f"property: {type_.span.text}"
-        case EnumNode(source=source):
+        case nodes.EnumNode(source=source):
             return SymbolKind.ENUM, f"datatype enum from {source.span.text}"
-        case ConstantNode(type=type_):
+        case nodes.ConstantNode(type=type_):
             return SymbolKind.CONSTANT, f"constant: {type_.span.text}"
-        case ParameterNode(type=type_):
+        case nodes.ParameterNode(type=type_):
             return SymbolKind.PARAMETER, f"parameter of the node: {type_.span.text}"
-        case ConditionNode(value=value, duration=duration):
+        case nodes.ConditionNode(value=value, duration=duration):
             lasting = "" if duration is None else f" for {duration.span.text}"
             return SymbolKind.CONDITION, f"condition = {value.span.text}{lasting}"
-        case FunctionNode():
+        case nodes.FunctionNode():
             return SymbolKind.FUNCTION, " ".join(node.span.text.split())
-        case InterfaceNode(package=package, type=ros_type):
+        case nodes.InterfaceNode(package=package, type=ros_type):
             return SymbolKind.INTERFACE, f"interface: {package.text}/{ros_type.text}"

@@ -10,14 +10,7 @@ from robosc.expr.types import EnumType, Type
 from robosc.language.events import ACTIVE
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.names.tables import (
-    PERFORMING,
-    RETRIES,
-    WAITING,
-    CommunicationInfo,
-    Instance,
-    SymbolTable,
-)
+from robosc.model.names import tables
 from robosc.remedies import Change, Hint, Remedy, meant, write, write_one
 from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
@@ -35,7 +28,9 @@ _OF_STATES = ("state", "status", "mode")
 class NameFaults:
     """Reports unknown and ambiguous names of one place; unresolved names are not reported."""
 
-    def __init__(self, report: Report, types: TypeTable, symbols: SymbolTable | None) -> None:
+    def __init__(
+        self, report: Report, types: TypeTable, symbols: tables.SymbolTable | None
+    ) -> None:
         self._report = report
         self._types = types
         self._symbols = symbols
@@ -133,7 +128,7 @@ class NameFaults:
             else self._report.suggest(member, library.values.declared, "it has"),
         )
 
-    def no_condition(self, access: Access, info: CommunicationInfo) -> None:
+    def no_condition(self, access: Access, info: tables.CommunicationInfo) -> None:
         """Report ``scan.fresh`` of a message without timeout, or ``scan.ranges``."""
         phases = info.sort.phases
         message = _NO_VALUE % info.name
@@ -176,7 +171,7 @@ class NameFaults:
         span = part.span if isinstance(part, Name) else access.span
         self._report.add("unknown-member", span, "only 'value', objects and arrays have parts")
 
-    def _of_state(self, access: Access, component: Instance | None) -> bool:
+    def _of_state(self, access: Access, component: tables.Instance | None) -> bool:
         """Report what is no part of a state; whether the names before it are those of one."""
         names = [access.root, *(step for step in access.path if isinstance(step, Name))]
         component, steps = (component, names[1:]) if component is not None else (self._own, names)
@@ -191,7 +186,7 @@ class NameFaults:
         return False
 
     def _no_part_of_state(
-        self, component: Instance, path: str, word: str
+        self, component: tables.Instance, path: str, word: str
     ) -> tuple[str, Hint | None]:
         """What to say of a word behind the path of a state, and a remedy."""
         state = f"state '{component.name}.{path}'"
@@ -204,20 +199,22 @@ class NameFaults:
             hint = meant(deeper[0]) if len(deeper) == 1 else self._report.suggest(word, inner)
             return f"no state '{word}' stands in {state}", hint
         awaited = component.performed[path].is_awaited
-        if word in (PERFORMING, WAITING, RETRIES) and not awaited:
+        if word in (tables.PERFORMING, tables.WAITING, tables.RETRIES) and not awaited:
             return f"{state} is done when its command is sent", None
-        if word == RETRIES:
+        if word == tables.RETRIES:
             return f"the errors of {state} are not counted", "write: retry 2 times else goto failed"
-        if word == WAITING:
+        if word == tables.WAITING:
             return f"{state} does not wait before it tries again", "write: retry every 5 s"
         stages = component.stages(path)
         return f"{state} has no stage '{word}'", self._report.suggest(word, stages, "it has")
 
     @property
-    def _own(self) -> Instance | None:
+    def _own(self) -> tables.Instance | None:
         return self._symbols.own if self._symbols else None
 
-    def _not_a_value(self, symbols: SymbolTable, name: str) -> tuple[str, Hint | None] | None:
+    def _not_a_value(
+        self, symbols: tables.SymbolTable, name: str
+    ) -> tuple[str, Hint | None] | None:
         component = symbols.component(name)
         if component is not None:
             members = [f"{name}.{m}" for m in component.members]
@@ -229,7 +226,7 @@ class NameFaults:
             return _NO_VALUE % name, _KEEP
         return None
 
-    def _elsewhere(self, symbols: SymbolTable, name: str) -> Hint | None:
+    def _elsewhere(self, symbols: tables.SymbolTable, name: str) -> Hint | None:
         owners = [c for c in symbols.components.values() if name in c.variables or name in c.states]
         return meant(f"{owners[0].name}.{name}") if len(owners) == 1 else None
 

@@ -16,28 +16,13 @@ from robosc.language.keywords import Role, words_of
 from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import NameRecorder, Symbol, SymbolKind
 from robosc.source import Source, Span
-from robosc.syntax.nodes import (
-    AssumeNode,
-    BehaviourNode,
-    ComponentNode,
-    DeclarationNode,
-    EnumNode,
-    FileNode,
-    ImportNode,
-    InterfaceNode,
-    Name,
-    ObjectNode,
-    PossibleNode,
-    PreferNode,
-    ProvideNode,
-    RequirementNode,
-    RequirementsNode,
-    StateNode,
-    VariableNode,
-)
+from robosc.syntax import nodes
 
 _Declaration = TypeVar(
-    "_Declaration", ComponentNode | ImportNode, ObjectNode | EnumNode, InterfaceNode
+    "_Declaration",
+    nodes.ComponentNode | nodes.ImportNode,
+    nodes.ObjectNode | nodes.EnumNode,
+    nodes.InterfaceNode,
 )
 
 
@@ -56,16 +41,20 @@ class FileScope:
     """The declarations of one robot or library by name; the first of two equal names wins."""
 
     source: Source
-    node: FileNode
+    node: nodes.FileNode
     faults: tuple[Span, ...] = ()
     nameless: frozenset[str] = frozenset()
     """Keywords of declarations whose name is missing: any unknown name may be theirs."""
-    components: dict[str, ComponentNode | ImportNode] = field(default_factory=dict)
-    datatypes: dict[str, ObjectNode | EnumNode] = field(default_factory=dict)
-    interfaces: dict[str, InterfaceNode] = field(default_factory=dict)
-    duplicates: list[ComponentNode | ImportNode | ObjectNode | EnumNode | InterfaceNode] = field(
-        default_factory=list
-    )
+    components: dict[str, nodes.ComponentNode | nodes.ImportNode] = field(default_factory=dict)
+    datatypes: dict[str, nodes.ObjectNode | nodes.EnumNode] = field(default_factory=dict)
+    interfaces: dict[str, nodes.InterfaceNode] = field(default_factory=dict)
+    duplicates: list[
+        nodes.ComponentNode
+        | nodes.ImportNode
+        | nodes.ObjectNode
+        | nodes.EnumNode
+        | nodes.InterfaceNode
+    ] = field(default_factory=list)
     """Declarations whose name is taken: nothing can refer to them, but they are checked, too."""
     unresolved: set[str] = field(default_factory=set)
     used_datatypes: set[str] = field(default_factory=set)
@@ -74,7 +63,7 @@ class FileScope:
 
     @classmethod
     def of(
-        cls, source: Source, node: FileNode, syntax: tuple[Diagnostic, ...], report: Report
+        cls, source: Source, node: nodes.FileNode, syntax: tuple[Diagnostic, ...], report: Report
     ) -> FileScope:
         """The scope of a parsed file; ``syntax`` are the diagnostics of the parser."""
         faults = tuple(d.span for d in syntax if d.severity is Severity.ERROR)
@@ -86,11 +75,11 @@ class FileScope:
         scope.names.declare(node)
         for item in node.declarations:
             match item:
-                case ComponentNode() | ImportNode():
+                case nodes.ComponentNode() | nodes.ImportNode():
                     scope._declare(scope.components, item, "component", report)
-                case ObjectNode() | EnumNode():
+                case nodes.ObjectNode() | nodes.EnumNode():
                     scope._declare(scope.datatypes, item, "datatype", report)
-                case InterfaceNode():
+                case nodes.InterfaceNode():
                     scope._declare(scope.interfaces, item, "interface", report)
                     scope._note_ros_type(item)
         return scope
@@ -107,7 +96,7 @@ class FileScope:
         else:
             table[name] = item
 
-    def _note_ros_type(self, node: InterfaceNode) -> None:
+    def _note_ros_type(self, node: nodes.InterfaceNode) -> None:
         package, type_ = node.package, node.type
         self.names.note(type_, Symbol(SymbolKind.ROS_TYPE, type_.text, package.text))
         self.names.note(package, Symbol(SymbolKind.ROS_PACKAGE, package.text))
@@ -125,7 +114,7 @@ class FileScope:
         unresolved = name in self.node.broken or name in self.unresolved
         return unresolved or not self.nameless.isdisjoint(keywords)
 
-    def mark_unresolved(self, node: DeclarationNode | BehaviourNode) -> None:
+    def mark_unresolved(self, node: nodes.DeclarationNode | nodes.BehaviourNode) -> None:
         """Make the names unresolved that are declared in a duplicate declaration."""
         self.unresolved.update(_declared(node))
 
@@ -143,34 +132,34 @@ class FileScope:
         )
 
 
-def _declared(node: DeclarationNode | BehaviourNode | StateNode) -> Iterator[str]:
+def _declared(node: nodes.DeclarationNode | nodes.BehaviourNode | nodes.StateNode) -> Iterator[str]:
     """The names that are declared within a declaration, apart from its own."""
     match node:
-        case ComponentNode(items=items):
+        case nodes.ComponentNode(items=items):
             for item in items:
-                if isinstance(item, BehaviourNode):
+                if isinstance(item, nodes.BehaviourNode):
                     yield from _declared(item)
                 elif not isinstance(
                     item,
-                    RequirementNode
-                    | PossibleNode
-                    | RequirementsNode
-                    | AssumeNode
-                    | ProvideNode
-                    | PreferNode,
+                    nodes.RequirementNode
+                    | nodes.PossibleNode
+                    | nodes.RequirementsNode
+                    | nodes.AssumeNode
+                    | nodes.ProvideNode
+                    | nodes.PreferNode,
                 ):
                     yield item.name.text
-        case BehaviourNode(items=items):
+        case nodes.BehaviourNode(items=items):
             for part in items:
-                if isinstance(part, StateNode | VariableNode):
+                if isinstance(part, nodes.StateNode | nodes.VariableNode):
                     yield part.name.text
-        case ObjectNode(properties=properties):
+        case nodes.ObjectNode(properties=properties):
             yield from (prop.name.text for prop in properties)
-        case EnumNode(rules=rules):
+        case nodes.EnumNode(rules=rules):
             yield from (rule.value.text for rule in rules)
 
 
-def report_duplicate(what: str, second: Name, first: Span, report: Report) -> None:
+def report_duplicate(what: str, second: nodes.Name, first: Span, report: Report) -> None:
     """Report a name that is declared a second time; ``what`` is its kind in words."""
     report.add(
         "duplicate-name",

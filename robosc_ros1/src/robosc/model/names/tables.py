@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from robosc.errors import Note
-from robosc.expr.tree import Expr, StateRef, VariableRef
+from robosc import errors, names, remedies, source
+from robosc.expr import tree
 from robosc.expr.types import IntegerType, Type
 from robosc.language.events import (
     COMMUNICATIONS,
@@ -21,24 +21,11 @@ from robosc.language.events import (
     Phases,
     command_key,
 )
+from robosc.model import diagnostics, entities
 from robosc.model.declarations.datatypes import TypeTable
-from robosc.model.diagnostics import Report
-from robosc.model.entities import Communication
 from robosc.model.names.data_directions import types_of
-from robosc.names import Copy
-from robosc.remedies import Change, Remedy
 from robosc.runtime.places import DUE
-from robosc.source import Span
-from robosc.syntax.nodes import (
-    ActionNode,
-    BehaviourNode,
-    CommunicationNode,
-    ComponentNode,
-    ImportNode,
-    RetryNode,
-    StateNode,
-    VariableNode,
-)
+from robosc.syntax import nodes
 
 
 @dataclass
@@ -50,13 +37,13 @@ class CommunicationInfo:
     used as a command.
     """
 
-    node: CommunicationNode
+    node: nodes.CommunicationNode
     instance: Instance
     kind: Kind
     request: Type | None
     response: Type | None
     feedback: Type | None
-    entity: Communication | None = None
+    entity: entities.Communication | None = None
     heard: bool = False
     misdirected: bool = False
     stands_for: EventKind | None = None
@@ -89,7 +76,7 @@ class CommunicationInfo:
     @property
     def replaces(self) -> bool:
         """Whether a goal may replace the one that is busy."""
-        return isinstance(self.node, ActionNode) and self.node.goals is not None
+        return isinstance(self.node, nodes.ActionNode) and self.node.goals is not None
 
     @property
     def events(self) -> tuple[EventKind, ...]:
@@ -165,26 +152,26 @@ class Instance:
     """
 
     name: str
-    node: ComponentNode
+    node: nodes.ComponentNode
     types: TypeTable
     prefix: str | None = ""
-    imported: ImportNode | None = None
-    behaviour: BehaviourNode | None = None
-    duplicate_behaviours: list[BehaviourNode] = field(default_factory=list)
-    states: dict[str, StateNode] = field(default_factory=dict)
+    imported: nodes.ImportNode | None = None
+    behaviour: nodes.BehaviourNode | None = None
+    duplicate_behaviours: list[nodes.BehaviourNode] = field(default_factory=list)
+    states: dict[str, nodes.StateNode] = field(default_factory=dict)
     variables: dict[str, Type | None] = field(default_factory=dict)
-    variable_nodes: dict[str, VariableNode] = field(default_factory=dict)
+    variable_nodes: dict[str, nodes.VariableNode] = field(default_factory=dict)
     communications: dict[str, CommunicationInfo] = field(default_factory=dict)
     performed: dict[str, CommunicationInfo] = field(default_factory=dict)
     original: Instance | None = None
     library: ComponentTable | None = None
 
     @property
-    def declaration(self) -> ComponentNode | ImportNode:
+    def declaration(self) -> nodes.ComponentNode | nodes.ImportNode:
         """The node that gives the component its name in the file."""
         return self.imported or self.node
 
-    def member(self, name: str) -> VariableNode | StateNode | None:
+    def member(self, name: str) -> nodes.VariableNode | nodes.StateNode | None:
         """The variable or, if there is none, the state of a name; None if there is neither."""
         return self.variable_nodes.get(name) or self.states.get(name)
 
@@ -224,20 +211,20 @@ class Instance:
         if command is None or command.is_awaited:
             found.append(PERFORMING)
         items = self.states[path].items
-        if any(isinstance(item, RetryNode) and item.every is not None for item in items):
+        if any(isinstance(item, nodes.RetryNode) and item.every is not None for item in items):
             found.append(WAITING)
         return found
 
-    def of_performing(self, path: str, span: Span) -> Expr | None:
+    def of_performing(self, path: str, span: source.Span) -> tree.Expr | None:
         """A stage of a state that performs a command, or its count of errors, if it is one."""
         outside, _, word = path.rpartition(".")
         outer = self.state(outside)
         if outer is None or word not in self.parts_of_performing(outer):
             return None
         if word != RETRIES:
-            return StateRef(self.name, f"{outer} {word}", span)
+            return tree.StateRef(self.name, f"{outer} {word}", span)
         counted = IntegerType((0, self._retries(outer)[0]))
-        return VariableRef(self.name, f"{outer} {word}", counted, span)
+        return tree.VariableRef(self.name, f"{outer} {word}", counted, span)
 
     def parts_of_performing(self, path: str) -> list[str]:
         """The stages of a state if it performs a command, and the word for its count of errors."""
@@ -246,15 +233,15 @@ class Instance:
         return [*self.stages(path), *(RETRIES for _ in self._retries(path))]
 
     def _retries(self, path: str) -> list[int]:
-        nodes = (item for item in self.states[path].items if isinstance(item, RetryNode))
-        return [int(node.times.value) for node in nodes if node.times is not None][:1]
+        retries = (item for item in self.states[path].items if isinstance(item, nodes.RetryNode))
+        return [int(node.times.value) for node in retries if node.times is not None][:1]
 
     @property
     def members(self) -> list[str]:
         return [*self.variables, *self.states]
 
 
-def path_of(state: StateNode, inside: str) -> str:
+def path_of(state: nodes.StateNode, inside: str) -> str:
     """The path of a state that stands in the one with the path ``inside``; "": in none."""
     return f"{inside}.{state.name.text}" if inside else state.name.text
 
@@ -279,7 +266,7 @@ class ComponentTable:
         self.by_origin.setdefault(id(instance.node), []).append(instance)
 
     @property
-    def copies(self) -> Iterator[Copy]:
+    def copies(self) -> Iterator[names.Copy]:
         """Those of all indexed components."""
         copies = (instance.declaration.copy for instance in self.instances.values())
         return (copy for copy in copies if copy is not None)
@@ -311,7 +298,7 @@ class SymbolTable:
     def component(self, name: str) -> Instance | None:
         return self.component_table.instances.get(name)
 
-    def declaration(self, name: str) -> ComponentNode | ImportNode | None:
+    def declaration(self, name: str) -> nodes.ComponentNode | nodes.ImportNode | None:
         """The declaration of a component; None if there is no such component."""
         found = self.component(name)
         return found.declaration if found is not None else None
@@ -343,7 +330,7 @@ class ImportedSymbolTable(SymbolTable):
         own: Instance,
         library: ComponentTable,
         original: Instance,
-        report: Report,
+        report: diagnostics.Report,
     ) -> None:
         super().__init__(component_table, own)
         self.library = library
@@ -365,12 +352,12 @@ class ImportedSymbolTable(SymbolTable):
                 found.append(instance.communications[name])
         return found
 
-    def _import_to_add(self, name: str) -> Remedy:
+    def _import_to_add(self, name: str) -> remedies.Remedy:
         assert self.own is not None and self.own.imported is not None
         own = self.own.imported
         prefix = f" with prefix: {own.prefix.span.text}" if own.prefix is not None else ""
         text = f"component {name} from {own.library.text} import {name}{prefix}"
-        return Remedy(f"add: {text}", Change.ADD_IMPORT, (text,))
+        return remedies.Remedy(f"add: {text}", remedies.Change.ADD_IMPORT, (text,))
 
     def _import_of(self, wanted: Instance) -> Instance | None:
         assert self.own is not None and self.own.imported is not None
@@ -390,6 +377,6 @@ class ImportedSymbolTable(SymbolTable):
             self._import_to_add(wanted.name)
             if not found
             else "give the imports that belong together one prefix",
-            [Note(f"{wanted.name} is declared here", wanted.node.name.span)],
+            [errors.Note(f"{wanted.name} is declared here", wanted.node.name.span)],
         )
         return None

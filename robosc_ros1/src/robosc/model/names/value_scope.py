@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from robosc.expr.tree import Expr, ParameterRef, RosParameter
-from robosc.expr.types import Type
+from robosc.expr import tree, types
 from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
 from robosc.model.automata import Lasting
 from robosc.model.diagnostics import Report
@@ -20,8 +19,8 @@ LANGUAGE_FUNCTIONS = frozenset({*FUNCTIONS, *AGGREGATES, *GEOMETRY, "now"})
 class Functions(Protocol):
     """What a scope asks of :class:`robosc.model.typing.declared_functions.FunctionTyper`."""
 
-    def arguments(self, node: FunctionNode) -> tuple[Type, ...] | None: ...
-    def call(self, node: FunctionNode, arguments: Sequence[Expr]) -> Expr | None: ...
+    def arguments(self, node: FunctionNode) -> tuple[types.Type, ...] | None: ...
+    def call(self, node: FunctionNode, arguments: Sequence[tree.Expr]) -> tree.Expr | None: ...
 
 
 @dataclass
@@ -34,13 +33,13 @@ class ValueScope:
 
     owner: str = ""
     outer: ValueScope | None = None
-    typed: Callable[[ValueNode], Expr | None] = lambda node: None
+    typed: Callable[[ValueNode], tree.Expr | None] = lambda node: None
     typer: Functions | None = None
     functions: dict[str, FunctionNode] = field(default_factory=dict)
     lasting: list[Lasting] = field(default_factory=list)
     """The conditions of this scope that must have held for some time, as they are typed."""
     _nodes: dict[str, ValueNode] = field(default_factory=dict)
-    _meanings: dict[int, Expr | None] = field(default_factory=dict)
+    _meanings: dict[int, tree.Expr | None] = field(default_factory=dict)
 
     def declare(self, items: Iterable[object], scope: FileScope, report: Report) -> None:
         """Add the declarations of named values among the items of a file or a component."""
@@ -107,19 +106,19 @@ class ValueScope:
         ]
 
     @property
-    def parameters(self) -> Iterator[RosParameter]:
+    def parameters(self) -> Iterator[tree.RosParameter]:
         """The parameters that are declared in this scope."""
         for node in self._nodes.values():
             meaning = self._meaning(node)
-            if isinstance(node, ParameterNode) and isinstance(meaning, ParameterRef):
+            if isinstance(node, ParameterNode) and isinstance(meaning, tree.ParameterRef):
                 yield meaning.parameter
 
-    def own(self, name: str) -> tuple[ValueNode, Expr | None] | None:
+    def own(self, name: str) -> tuple[ValueNode, tree.Expr | None] | None:
         """Declaration and meaning of a name in this scope; meaning None after an error."""
         node = self._nodes.get(name)
         return None if node is None else (node, self._meaning(node))
 
-    def find(self, name: str) -> tuple[ValueNode, Expr | None, str] | None:
+    def find(self, name: str) -> tuple[ValueNode, tree.Expr | None, str] | None:
         """Declaration, meaning and owner of a bare name in this scope or ``outer``."""
         found = self.own(name)
         if found is not None:
@@ -131,7 +130,7 @@ class ValueScope:
         """The names that are declared in this scope and in ``outer``."""
         return [*self._nodes, *(self.outer.names if self.outer is not None else ())]
 
-    def _meaning(self, node: ValueNode) -> Expr | None:
+    def _meaning(self, node: ValueNode) -> tree.Expr | None:
         if id(node) not in self._meanings:
             self._meanings[id(node)] = self.typed(node)
         return self._meanings[id(node)]

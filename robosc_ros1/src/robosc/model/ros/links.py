@@ -9,30 +9,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from robosc import remedies
 from robosc.expr.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
 from robosc.language.events import Direction
 from robosc.model.checks.used_fields import Path, Usage
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Binding
+from robosc.model.ros import fit, object_types, sent
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
-from robosc.model.ros.fit import misfit
 from robosc.model.ros.interfaces import KINDS, Definition, FieldType, Interface, Missing
 from robosc.model.ros.missing import MissingDefinitions
-from robosc.model.ros.object_types import FOLDERS, is_ros_type
-from robosc.model.ros.sent import SentData
-from robosc.remedies import Change, Hint, Remedy, followed, meant
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    ActionNode,
-    CommunicationNode,
-    InterfaceNode,
-    MessageNode,
-    Name,
-    RosTypeNode,
-    ServiceNode,
-    TypeNode,
-)
+from robosc.syntax import nodes
 
 _HEADER = FieldType("std_msgs/Header")
 
@@ -45,7 +34,7 @@ class Payload:
     """
 
     type: Type
-    node: TypeNode
+    node: nodes.TypeNode
     direction: Direction
     sending: bool
 
@@ -56,7 +45,7 @@ class _Unknown:
 
     object: ObjectType
     path: Path
-    property: Name
+    property: nodes.Name
     definition: Definition
 
 
@@ -70,8 +59,8 @@ class Binder:
         self._type_declarations = type_declarations
         self._report = report
         self.missing = MissingDefinitions(definitions, report)
-        self.sent = SentData(definitions, report)
-        self._looked_up: set[InterfaceNode | RosTypeNode] = set()
+        self.sent = sent.SentData(definitions, report)
+        self._looked_up: set[nodes.InterfaceNode | nodes.RosTypeNode] = set()
         self._checked: dict[tuple[ObjectType, str, bool], list[_Unknown]] = {}
         self._unknown: list[tuple[str, Direction, _Unknown]] = []
         self.lengths: dict[tuple[ObjectType, str], tuple[int, str]] = {}
@@ -80,9 +69,9 @@ class Binder:
     def bind(
         self,
         key: str,
-        node: CommunicationNode,
+        node: nodes.CommunicationNode,
         parts: tuple[Payload, ...],
-        interface: InterfaceNode | RosTypeNode | None,
+        interface: nodes.InterfaceNode | nodes.RosTypeNode | None,
     ) -> Binding | None:
         """The binding of the communication with a key; None after a reported error.
 
@@ -92,36 +81,36 @@ class Binder:
             return self._default(key, node, parts)
         package, type_ = interface.package.text, interface.type.text
         self._looked_up.add(interface)
-        folder = FOLDERS[type(node)]
+        folder = object_types.FOLDERS[type(node)]
         found = self._definitions.interface(package, type_, folder)
         if isinstance(found, Missing):
             kind = KINDS[folder]
             if not self.missing.of_interface(found, interface, kind):
                 return None
             # Without the definition, take the file name as ROS derives it from the type.
-            stem = type_.removesuffix("Action") if isinstance(node, ActionNode) else type_
+            stem = type_.removesuffix("Action") if isinstance(node, nodes.ActionNode) else type_
             return Binding(package, stem or type_, False)
         self.missing.of_doubts(found, interface.type.span)
         pairs = zip(parts, found.parts, strict=True)
         return _binding(found, parts, [self._check_part(key, *pair) for pair in pairs])
 
     def _default(
-        self, key: str, node: CommunicationNode, parts: tuple[Payload, ...]
+        self, key: str, node: nodes.CommunicationNode, parts: tuple[Payload, ...]
     ) -> Binding | None:
         """The binding of a communication without interface: for messages of basic types only."""
         links = "links NAME, and declare: interface NAME use TYPE from PACKAGE"
-        if not isinstance(node, MessageNode):
-            what = "service" if isinstance(node, ServiceNode) else "action"
+        if not isinstance(node, nodes.MessageNode):
+            what = "service" if isinstance(node, nodes.ServiceNode) else "action"
             self._report.add(
                 "missing-links",
                 node.name.span,
                 f"{what} '{node.name.text}' does not say which ROS {what} it is",
-                Remedy(f"add: {links}", Change.LINK, ("NAME",)),
+                remedies.Remedy(f"add: {links}", remedies.Change.LINK, ("NAME",)),
             )
             return None
         (part,) = parts
         carried = part.type.source if isinstance(part.type, EnumType) else part.type
-        if isinstance(carried, ObjectType) and is_ros_type(carried):
+        if isinstance(carried, ObjectType) and object_types.is_ros_type(carried):
             package, _, name = carried.name.partition("/")
             return Binding(package, name, True)
         interface = BASIC.get(_basic_name(carried))
@@ -136,7 +125,7 @@ class Binder:
         field = self._check_part(key, part, interface.parts[0])
         return _binding(interface, parts, [field])
 
-    def _links_hint(self, carried: Type) -> Remedy:
+    def _links_hint(self, carried: Type) -> remedies.Remedy:
         name = carried.name if isinstance(carried, ObjectType) else "TYPE"
         packages = self._definitions.packages.with_file(f"msg/{name}.msg")
         package = packages[0] if packages else "PACKAGE"
@@ -144,9 +133,9 @@ class Binder:
         declaration = f"interface {alias} use {name} from {package}"
         known = (declaration,) if packages else ()
         text = f"add: links {alias}\nand declare: {declaration}"
-        return Remedy(text, Change.LINK, (alias, *known))
+        return remedies.Remedy(text, remedies.Change.LINK, (alias, *known))
 
-    def check_unlinked(self, interfaces: Iterable[InterfaceNode]) -> None:
+    def check_unlinked(self, interfaces: Iterable[nodes.InterfaceNode]) -> None:
         """Report interfaces that no communication links and that no definition has."""
         for interface in interfaces:
             if interface in self._looked_up or not is_legal(interface):
@@ -201,7 +190,7 @@ class Binder:
                 f"use a datatype object with: {names}" if fields else "use the type none",
             )
             return None
-        problem = misfit(carried, fields[0].type, part.sending)
+        problem = fit.misfit(carried, fields[0].type, part.sending)
         if problem is not None:
             code, message = problem
             self._report.add(
@@ -216,7 +205,7 @@ class Binder:
         self, object_: ObjectType, definition: Definition, sending: bool, span: Span
     ) -> list[_Unknown]:
         """Check an object against a definition, once; the properties that have no field."""
-        if is_ros_type(object_):
+        if object_types.is_ros_type(object_):
             if object_.name != definition.name:
                 message = f"the definition has {definition.name} here, not {object_.name}"
                 self._report.add("field-kind", span, message)
@@ -232,7 +221,7 @@ class Binder:
                 if not self._type_declarations.is_misread(object_, name):
                     unknown.append(_Unknown(object_, (name,), node.name, definition))
                 continue
-            problem = misfit(type_, field.type, sending)
+            problem = fit.misfit(type_, field.type, sending)
             if problem is not None:
                 code, message = problem
                 self._report.add(
@@ -271,11 +260,11 @@ class Binder:
         fields = first_of(f"{f.name}: {f.type}" for f in definition.fields) or "none at all"
         nearest = self._report.nearest(name, [f.name for f in definition.fields])
         known = f"its fields: {fields}"
-        hint: Hint = known
+        hint: remedies.Hint = known
         if definition.constant(name) is not None:
             hint = f"'{name}' is one of its constants\n{known}"
         elif nearest is not None:
-            hint = followed(meant(nearest), known)
+            hint = remedies.followed(remedies.meant(nearest), known)
         if nearest is not None:
             # If the model uses the field's name elsewhere, the property is misspelt, not the use.
             key = (unknown.object.origin, unknown.object.name, nearest)
@@ -310,7 +299,7 @@ class Binder:
         return []
 
 
-def is_legal(node: InterfaceNode) -> bool:
+def is_legal(node: nodes.InterfaceNode) -> bool:
     """Whether ROS allows the names of an interface's type and package: they begin with a letter."""
     return node.type.text[0].isalpha() and node.package.text[0].isalpha()
 

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from robosc.expr.evaluation import constant
 from robosc.expr.tree import Expr, ParameterRef, VariableRef
 from robosc.expr.types import IntegerType
-from robosc.model.diagnostics import Report
-from robosc.model.entities import Binding, Command, Data, DataArray, DataObject
+from robosc.model import diagnostics, entities
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.fit import too_wide
 from robosc.model.ros.interfaces import Definition, Field, FieldType, Folder, Interface, Missing
 
 
-def _sent_part(interface: Interface, command: Command) -> Definition:
+def _sent_part(interface: Interface, command: entities.Command) -> Definition:
     """The part of a definition with the data that a command carries."""
     return interface.parts[command.communication.sort.parts.index(command.direction)]
 
@@ -22,7 +21,7 @@ def _sent_part(interface: Interface, command: Command) -> Definition:
 class SentData:
     """Checks the provided data of one file."""
 
-    def __init__(self, definitions: MessageDefinitions, report: Report) -> None:
+    def __init__(self, definitions: MessageDefinitions, report: diagnostics.Report) -> None:
         self._definitions = definitions
         self._report = report
 
@@ -30,7 +29,7 @@ class SentData:
     def is_for_ros2(self) -> bool:
         return self._definitions.are_for_ros2
 
-    def field_of(self, command: Command, path: Sequence[str | int]) -> Field | None:
+    def field_of(self, command: entities.Command, path: Sequence[str | int]) -> Field | None:
         """The field of a command's data at a path; None if no definition is installed."""
         communication = command.communication
         interface = self._interface(communication.binding, communication.sort.folder)
@@ -46,7 +45,7 @@ class SentData:
             field = None if definition is None else definition.field(step)
         return field
 
-    def _interface(self, binding: Binding, folder: Folder) -> Interface | None:
+    def _interface(self, binding: entities.Binding, folder: Folder) -> Interface | None:
         if not binding.found:
             return None
         interface = self._definitions.interface(binding.package, binding.type, folder)
@@ -54,7 +53,7 @@ class SentData:
             interface = next((i for i in BASIC.values() if i.type == binding.type), interface)
         return None if isinstance(interface, Missing) else interface
 
-    def check(self, data: Data, command: Command) -> None:
+    def check(self, data: entities.Data, command: entities.Command) -> None:
         """Check the data of a provide statement for a command."""
         communication = command.communication
         interface = self._interface(communication.binding, communication.sort.folder)
@@ -62,24 +61,24 @@ class SentData:
             return
         definition = _sent_part(interface, command)
         carrier = command.field
-        if isinstance(data, DataObject):
+        if isinstance(data, entities.DataObject):
             self._object(data, definition)
         elif carrier and (field := definition.field(carrier)):
             self._value(data, field.type, f"{definition.name}.{field.name}")
 
-    def _object(self, data: DataObject, definition: Definition) -> None:
+    def _object(self, data: entities.DataObject, definition: Definition) -> None:
         for name, value in data.fields:
             field = definition.field(name)
             if field is not None:
                 self._value(value, field.type, f"{definition.name}.{name}")
 
-    def _value(self, data: Data, field: FieldType, name: str) -> None:
+    def _value(self, data: entities.Data, field: FieldType, name: str) -> None:
         match data:
-            case DataObject():
+            case entities.DataObject():
                 nested = self._definitions.fields(field)
                 if isinstance(nested, Definition):
                     self._object(data, nested)
-            case DataArray(elements=elements, span=span):
+            case entities.DataArray(elements=elements, span=span):
                 if field.length is not None and field.length != len(elements):
                     self._report.add(
                         "field-length",

@@ -13,52 +13,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from robosc.expr import traversal, tree, types
 from robosc.expr.evaluation import constant
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.quantified import Chains, chain, compared, joined, opposite
-from robosc.expr.traversal import may_be_undefined, part_of, rewritten
-from robosc.expr.tree import (
-    Aggregate,
-    Binary,
-    Call,
-    ElementRef,
-    Expr,
-    Holds,
-    Leaf,
-    Literal,
-    is_constant_data,
-)
-from robosc.expr.types import ArrayType, BooleanType, EnumType, IntegerType, NoneType, Type
-from robosc.language.functions import AGGREGATES
-from robosc.language.operators import MIRRORED, Operand, Result
+from robosc.language import functions, operators
 from robosc.model.diagnostics import Report
 from robosc.model.typing.compatibility import describe, result_type
 from robosc.model.typing.expected import BOOLEAN, ExpectedType, needs_of
 from robosc.model.typing.function_calls import Check, list_literal, typed_elements
-from robosc.syntax.nodes import (
-    Access,
-    AggregateNode,
-    ArrayNode,
-    BinaryNode,
-    DataNode,
-    DataObjectNode,
-    ExprNode,
-)
+from robosc.syntax import nodes
 
-_BOOLEAN = BooleanType()
+_BOOLEAN = types.BooleanType()
 
 
 class Bound(NamedTuple):
     """The variable of an aggregate: its type, and whether the array is a constant."""
 
-    type: Type
+    type: types.Type
     constant: bool
 
 
 class Counted(NamedTuple):
     """An expanded comparison of a count over a list; ``expr`` is None after a reported error."""
 
-    expr: Expr | None
+    expr: tree.Expr | None
 
 
 class Aggregates:
@@ -70,19 +49,19 @@ class Aggregates:
         self._report = report
         self._chains: defaultdict[str, Chains] = defaultdict(dict)
         # By the value that an undefined condition counts as.
-        self._defined: defaultdict[bool, IdentityCache[Expr]] = defaultdict(IdentityCache)
+        self._defined: defaultdict[bool, IdentityCache[tree.Expr]] = defaultdict(IdentityCache)
 
     def typed(
-        self, node: AggregateNode, element: Callable[[], Expr | None] | None = None
-    ) -> Expr | None:
+        self, node: nodes.AggregateNode, element: Callable[[], tree.Expr | None] | None = None
+    ) -> tree.Expr | None:
         """The aggregate, or the expression to which it expands; None after a reported error.
 
         ``element`` types what an array is made of, where its variables have a meaning.
         """
         name = node.function.text
-        operation = AGGREGATES.get(name)
+        operation = functions.AGGREGATES.get(name)
         if operation is None:
-            hint = self._report.suggest(name, AGGREGATES)
+            hint = self._report.suggest(name, functions.AGGREGATES)
             message = f"'{name}' is not a function over arrays"
             self._report.add("unknown-name", node.function.span, message, hint)
             return None
@@ -92,8 +71,8 @@ class Aggregates:
                 message = f"'{variable.text}' already has another meaning here"
                 self._report.add("duplicate-name", variable.span, message, "give it another name")
                 return None
-        if not isinstance(node.array, ArrayNode):
-            array = self._check(node.array, needs_of(Operand.ARRAY), f"'{name}'")
+        if not isinstance(node.array, nodes.ArrayNode):
+            array = self._check(node.array, needs_of(operators.Operand.ARRAY), f"'{name}'")
             return None if array is None else self._through(node, array, element)
         listed = self._listed(node, node.array)
         if listed is None:
@@ -103,17 +82,17 @@ class Aggregates:
             return None if array is None else self._through(node, array, element)
         return self._expanded(node, node.array, *listed)
 
-    def counted(self, node: BinaryNode) -> Counted | None:
+    def counted(self, node: nodes.BinaryNode) -> Counted | None:
         """``count(…) < 2`` over a list of expressions, expanded; None for other comparisons."""
         for many, bound, operator in (
             (node.left, node.right, node.operator),
-            (node.right, node.left, MIRRORED.get(node.operator, "")),
+            (node.right, node.left, operators.MIRRORED.get(node.operator, "")),
         ):
             if (
-                operator in MIRRORED
-                and isinstance(many, AggregateNode)
+                operator in operators.MIRRORED
+                and isinstance(many, nodes.AggregateNode)
                 and many.function.text == "count"
-                and isinstance(many.array, ArrayNode)
+                and isinstance(many.array, nodes.ArrayNode)
             ):
                 listed = self._listed(many, many.array)
                 if listed is None:
@@ -125,10 +104,13 @@ class Aggregates:
         return None
 
     def _through(
-        self, node: AggregateNode, array: Expr, made_of: Callable[[], Expr | None] | None
-    ) -> Expr | None:
-        assert isinstance(array.type, ArrayType)
-        parts = self._parts(node, array.type.element, is_constant_data(array), made_of)
+        self,
+        node: nodes.AggregateNode,
+        array: tree.Expr,
+        made_of: Callable[[], tree.Expr | None] | None,
+    ) -> tree.Expr | None:
+        assert isinstance(array.type, types.ArrayType)
+        parts = self._parts(node, array.type.element, tree.is_constant_data(array), made_of)
         if parts is None:
             return None
         name, (element, condition) = node.function.text, parts
@@ -136,39 +118,39 @@ class Aggregates:
         if type_ is None:
             return None
         names = node.variable.text, array, element, condition, type_, node.span
-        return Aggregate(name, *names, _position_name(node))
+        return tree.Aggregate(name, *names, _position_name(node))
 
-    def _type(self, node: AggregateNode, element: Expr) -> Type | None:
+    def _type(self, node: nodes.AggregateNode, element: tree.Expr) -> types.Type | None:
         """The type of an aggregate over an array; None after a reported error."""
-        result = AGGREGATES[node.function.text].result
-        if result is Result.ELEMENT:
+        result = functions.AGGREGATES[node.function.text].result
+        if result is operators.Result.ELEMENT:
             return element.type
-        if result is not Result.ARRAY:
+        if result is not operators.Result.ARRAY:
             return result_type(result, (element.type,))
-        if isinstance(element.type, EnumType):
+        if isinstance(element.type, types.EnumType):
             message = "an array of the values of an enum cannot be made"
             hint = "make one of what it converts from, or ask with any(…), count(…) or first(…)"
             self._report.add("type-mismatch", node.element.span, message, hint)
             return None
-        if isinstance(element.type, ArrayType | NoneType):
+        if isinstance(element.type, types.ArrayType | types.NoneType):
             message = f"an array cannot be made of {describe(element.type)}"
             self._report.add("type-mismatch", node.element.span, message)
             return None
-        return ArrayType(element.type)
+        return types.ArrayType(element.type)
 
     def _parts(
         self,
-        node: AggregateNode,
-        type_: Type,
+        node: nodes.AggregateNode,
+        type_: types.Type,
         constant: bool = False,
-        made_of: Callable[[], Expr | None] | None = None,
-    ) -> tuple[Expr, Expr | None] | None:
+        made_of: Callable[[], tree.Expr | None] | None = None,
+    ) -> tuple[tree.Expr, tree.Expr | None] | None:
         """The typed element and condition of an aggregate; None after a reported error."""
         name = node.function.text
         self._bound[node.variable.text] = Bound(type_, constant)
         if node.position is not None:
-            self._bound[node.position.text] = Bound(IntegerType(), False)
-        needed = needs_of(AGGREGATES[name].operands)
+            self._bound[node.position.text] = Bound(types.IntegerType(), False)
+        needed = needs_of(functions.AGGREGATES[name].operands)
         element = made_of() if made_of else self._asked(node.element, needed, f"'{name}'")
         condition = None
         if node.condition is not None:
@@ -180,9 +162,9 @@ class Aggregates:
             return None
         return element, condition
 
-    def _asked(self, node: DataNode, needed: ExpectedType, place: str) -> Expr | None:
+    def _asked(self, node: nodes.DataNode, needed: ExpectedType, place: str) -> tree.Expr | None:
         """The typed element; None after reporting that it is an object."""
-        if not isinstance(node, DataObjectNode):
+        if not isinstance(node, nodes.DataObjectNode):
             return self._check(node, needed, place)
         message = "an array of objects is made in provided data only, where a field takes it"
         self._report.add("type-mismatch", node.span, message)
@@ -190,17 +172,23 @@ class Aggregates:
 
     # --- lists of expressions ---
 
-    def _listed(self, node: AggregateNode, array: ArrayNode) -> tuple[list[Expr], Type] | None:
+    def _listed(
+        self, node: nodes.AggregateNode, array: nodes.ArrayNode
+    ) -> tuple[list[tree.Expr], types.Type] | None:
         """The elements of a list and their type; None after a reported error."""
         if not takes_elements(node):
             return typed_elements(array, self._check, self._report)
         name = node.function.text
-        expected = needs_of(AGGREGATES[name].operands)
+        expected = needs_of(functions.AGGREGATES[name].operands)
         return typed_elements(array, self._check, self._report, expected, f"'{name}'")
 
     def _expanded(
-        self, node: AggregateNode, array: ArrayNode, elements: Sequence[Expr], type_: Type
-    ) -> Expr | None:
+        self,
+        node: nodes.AggregateNode,
+        array: nodes.ArrayNode,
+        elements: Sequence[tree.Expr],
+        type_: types.Type,
+    ) -> tree.Expr | None:
         name = node.function.text
         if name in ("any", "all"):
             conditions = self._conditions(node, elements, type_)
@@ -219,16 +207,16 @@ class Aggregates:
             return None
         operation = "+" if name == "sum" else name
 
-        def join(left: Expr, right: Expr) -> Expr:
-            both = result_type(AGGREGATES[name].result, (left.type, right.type))
+        def join(left: tree.Expr, right: tree.Expr) -> tree.Expr:
+            both = result_type(functions.AGGREGATES[name].result, (left.type, right.type))
             if operation == "+":
-                return Binary("+", left, right, both, node.span)
-            return Call(operation, (left, right), both, node.span)
+                return tree.Binary("+", left, right, both, node.span)
+            return tree.Call(operation, (left, right), both, node.span)
 
-        return joined(numbers or [Literal(0, IntegerType(), node.span)], join)
+        return joined(numbers or [tree.Literal(0, types.IntegerType(), node.span)], join)
 
     def _fault(
-        self, name: str, kind: str, numbers: Sequence[Expr], condition: bool
+        self, name: str, kind: str, numbers: Sequence[tree.Expr], condition: bool
     ) -> tuple[str, str | None] | None:
         """Message and hint if a function of numbers cannot be expanded over these."""
         if name in ("first", "["):
@@ -241,7 +229,7 @@ class Aggregates:
             return f"'{name}' over {kind} takes no 'if'", "leave out the 'if'"
         if not numbers and name != "sum":
             return f"'{name}' of no {kind} has no value", None
-        if any(map(may_be_undefined, numbers)):
+        if any(map(traversal.may_be_undefined, numbers)):
             hint = (
                 "keep it in a variable of a number type, and use that: do near := value.ranges[0]"
             )
@@ -250,15 +238,15 @@ class Aggregates:
 
     def _compared(
         self,
-        many: AggregateNode,
-        array: ArrayNode,
+        many: nodes.AggregateNode,
+        array: nodes.ArrayNode,
         operator: str,
-        bound: ExprNode,
-        elements: Sequence[Expr],
-        type_: Type,
-    ) -> Expr | None:
+        bound: nodes.ExprNode,
+        elements: Sequence[tree.Expr],
+        type_: types.Type,
+    ) -> tree.Expr | None:
         conditions = self._conditions(many, elements, type_)
-        number = self._check(bound, needs_of(Operand.INTEGER), f"'{operator}'")
+        number = self._check(bound, needs_of(operators.Operand.INTEGER), f"'{operator}'")
         if conditions is None or number is None:
             return None
         value = constant(number)
@@ -274,8 +262,8 @@ class Aggregates:
         return condition
 
     def _conditions(
-        self, node: AggregateNode, elements: Sequence[Expr], type_: Type
-    ) -> list[Expr] | None:
+        self, node: nodes.AggregateNode, elements: Sequence[tree.Expr], type_: types.Type
+    ) -> list[tree.Expr] | None:
         """The condition on each element, its ``if`` included; an undefined one does not count."""
         asked = self._asked_of(node, elements, type_)
         if asked is None:
@@ -288,8 +276,8 @@ class Aggregates:
         ]
 
     def _asked_of(
-        self, node: AggregateNode, elements: Sequence[Expr], type_: Type
-    ) -> tuple[Sequence[Expr], bool] | None:
+        self, node: nodes.AggregateNode, elements: Sequence[tree.Expr], type_: types.Type
+    ) -> tuple[Sequence[tree.Expr], bool] | None:
         """The element of the aggregate for each element of the list, conditions with their ``if``.
 
         And whether it has an ``if``; None after a reported error.
@@ -302,28 +290,28 @@ class Aggregates:
         asked, condition = parts
         if condition is not None and asked.type == _BOOLEAN:
             operator = "=>" if node.function.text == "all" else "and"
-            asked = Binary(operator, condition, asked, _BOOLEAN)
+            asked = tree.Binary(operator, condition, asked, _BOOLEAN)
         name, position = node.variable.text, _position_name(node)
         found = [
-            _of_element(asked, {name: element, position: Literal(place, IntegerType())})
+            _of_element(asked, {name: element, position: tree.Literal(place, types.IntegerType())})
             for place, element in enumerate(elements)
         ]
         return found, condition is not None
 
 
-def takes_elements(node: AggregateNode) -> bool:
+def takes_elements(node: nodes.AggregateNode) -> bool:
     """Whether an aggregate is over the elements of its array themselves: ``any(x for x in A)``."""
     match node.element:
-        case Access(root=root, path=(), index=None):
+        case nodes.Access(root=root, path=(), index=None):
             return root.text == node.variable.text and not root.escaped and node.condition is None
     return False
 
 
-def _position_name(node: AggregateNode) -> str:
+def _position_name(node: nodes.AggregateNode) -> str:
     return "" if node.position is None else node.position.text
 
 
-def _is_array(node: AggregateNode, elements: Sequence[Expr]) -> bool:
+def _is_array(node: nodes.AggregateNode, elements: Sequence[tree.Expr]) -> bool:
     """Whether a list stays an array, of constants about which an aggregate asks something.
 
     What is asked about the elements themselves is expanded, but for a count, of which only a
@@ -334,25 +322,25 @@ def _is_array(node: AggregateNode, elements: Sequence[Expr]) -> bool:
     return all(constant(element) is not None for element in elements)
 
 
-def _kind(array: ArrayNode) -> str:
+def _kind(array: nodes.ArrayNode) -> str:
     """What a list contains, in messages: it is written, or stands for indexed components."""
     return "expressions" if array.span.text.startswith("[") else "components"
 
 
-def _of_element(asked: Expr, values: Mapping[str, Expr]) -> Expr:
+def _of_element(asked: tree.Expr, values: Mapping[str, tree.Expr]) -> tree.Expr:
     """The expression over the variables of an aggregate, with values in their places."""
 
-    def leaf(node: Literal | Leaf) -> Expr:
-        if isinstance(node, ElementRef) and node.variable in values:
+    def leaf(node: tree.Literal | tree.Leaf) -> tree.Expr:
+        if isinstance(node, tree.ElementRef) and node.variable in values:
             value = values[node.variable]
-            return part_of(value, node.path, node.type, node.span) if node.path else value
+            return traversal.part_of(value, node.path, node.type, node.span) if node.path else value
         return node
 
-    return rewritten(asked, leaf)
+    return traversal.rewritten(asked, leaf)
 
 
-def _without_undefined(condition: Expr, undefined_is: bool) -> Expr:
+def _without_undefined(condition: tree.Expr, undefined_is: bool) -> tree.Expr:
     """The condition, with the value ``undefined_is`` where it is undefined."""
-    if not may_be_undefined(condition):
+    if not traversal.may_be_undefined(condition):
         return condition
-    return opposite(Holds(opposite(condition))) if undefined_is else Holds(condition)
+    return opposite(tree.Holds(opposite(condition))) if undefined_is else tree.Holds(condition)

@@ -6,11 +6,9 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from robosc.errors import Diagnostic, listing
-from robosc.expr.traversal import operands, reads_value
-from robosc.expr.tree import Expr
+from robosc import errors, source
+from robosc.expr import traversal, tree, undefined_data
 from robosc.expr.types import NoneType, Type
-from robosc.expr.undefined_data import condition_on_data
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Requirement
@@ -18,27 +16,20 @@ from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import Incoming
-from robosc.source import Span
-from robosc.syntax.nodes import (
-    AssumeNode,
-    ExprNode,
-    OtherwiseNode,
-    PossibleNode,
-    ProvideNode,
-    RequirementNode,
-)
+from robosc.syntax import nodes
 
 _VALUE = re.compile(r"(?<!\^)\bvalue\b")
 
 
-def may_read_value(node: ExprNode | ProvideNode | OtherwiseNode) -> bool:
+def may_read_value(node: nodes.ExprNode | nodes.ProvideNode | nodes.OtherwiseNode) -> bool:
     """Whether the word ``value`` stands in a part of the model, be it as a name of something
     else."""
     return _VALUE.search(node.span.text) is not None
 
 
 def requirement_text(
-    node: RequirementNode | PossibleNode | AssumeNode, part: Span | None = None
+    node: nodes.RequirementNode | nodes.PossibleNode | nodes.AssumeNode,
+    part: source.Span | None = None,
 ) -> str:
     """A requirement or an assumption on one line, its title first; with one ``part`` of its
     condition, as if it were the whole."""
@@ -51,21 +42,21 @@ def requirement_text(
     if title is None:
         plain = fold_text(text)
     else:
-        word = "assume" if isinstance(node, AssumeNode) else "requirement"
+        word = "assume" if isinstance(node, nodes.AssumeNode) else "requirement"
         plain = f"{title.text}: {word} {fold_text(text[begin:])}"
     return plain + (f" ({node.repeated})" if node.repeated else "")
 
 
-def requirement_id(node: RequirementNode | PossibleNode | AssumeNode) -> str:
+def requirement_id(node: nodes.RequirementNode | nodes.PossibleNode | nodes.AssumeNode) -> str:
     """The first word of the title; empty without one."""
     words = [] if node.title is None else node.title.text.split()
     return words[0] if words else ""
 
 
 def requirement_of(
-    node: RequirementNode,
+    node: nodes.RequirementNode,
     keys: tuple[str, ...],
-    condition: Expr,
+    condition: tree.Expr,
     text: str,
     *,
     on_data: bool = False,
@@ -105,7 +96,7 @@ class CommandTyper:
         self._report = report
 
     def requirements(
-        self, node: RequirementNode, commands: Sequence[CommunicationInfo]
+        self, node: nodes.RequirementNode, commands: Sequence[CommunicationInfo]
     ) -> Sequence[Requirement]:
         """The requirements of a statement; none after an error.
 
@@ -116,26 +107,26 @@ class CommandTyper:
         if by_type is None or not commands:
             return ()
         first = by_type[commands[0].sent]
-        if not reads_value(first):
+        if not traversal.reads_value(first):
             keys = tuple(command.key for command in commands)
-            condition = condition_on_data(first)
+            condition = undefined_data.condition_on_data(first)
             return (requirement_of(node, keys, condition, requirement_text(node)),)
         return tuple(self._parts(node, commands, by_type))
 
     def _parts(
         self,
-        node: RequirementNode,
+        node: nodes.RequirementNode,
         commands: Sequence[CommunicationInfo],
-        by_type: dict[Type | None, Expr],
+        by_type: dict[Type | None, tree.Expr],
     ) -> Iterator[Requirement]:
         operator = "or" if node.kind == "disables" else "and"
         keys = tuple(command.key for command in commands)
-        parts = {type_: operands(expr, operator) for type_, expr in by_type.items()}
+        parts = {type_: traversal.operands(expr, operator) for type_, expr in by_type.items()}
         found = parts[commands[0].sent]
         for index, part in enumerate(found):
             text = requirement_text(node, part.span if len(found) > 1 else None)
-            if not reads_value(part):
-                kept = condition_on_data(part)
+            if not traversal.reads_value(part):
+                kept = undefined_data.condition_on_data(part)
                 yield requirement_of(node, keys, kept, text)
                 continue
             for command in commands:
@@ -144,14 +135,14 @@ class CommandTyper:
                 yield requirement_of(node, key, own, text, on_data=True)
 
     def _typed(
-        self, node: ExprNode, commands: Sequence[CommunicationInfo]
-    ) -> dict[Type | None, Expr] | None:
+        self, node: nodes.ExprNode, commands: Sequence[CommunicationInfo]
+    ) -> dict[Type | None, tree.Expr] | None:
         """The condition for each type of data; None after a reported error."""
         members: dict[Type | None, list[CommunicationInfo]] = {}
         for command in commands:
             members.setdefault(command.sent, []).append(command)
-        found: dict[Type | None, Expr] = {}
-        faults: dict[Type | None, tuple[Diagnostic, ...]] = {}
+        found: dict[Type | None, tree.Expr] = {}
+        faults: dict[Type | None, tuple[errors.Diagnostic, ...]] = {}
         for type_ in members:
             report = Report()
             incoming = Incoming(type_, known=type_ is not None)
@@ -171,7 +162,7 @@ class CommandTyper:
             for diagnostic in diagnostics:
                 everywhere = all(diagnostic in others for others in faults.values())
                 if not everywhere and type_ != empty:
-                    names = listing(f"'{command.name}'" for command in members[type_])
+                    names = errors.listing(f"'{command.name}'" for command in members[type_])
                     message = f"{diagnostic.message} (of {names})"
                     diagnostic = replace(diagnostic, message=message)
                 self._report.extend([diagnostic])
@@ -179,5 +170,5 @@ class CommandTyper:
 
 
 def _carries_nothing(commands: Sequence[CommunicationInfo]) -> str:
-    names = listing(f"'{command.name}'" for command in commands)
+    names = errors.listing(f"'{command.name}'" for command in commands)
     return f"{names} {'carries' if len(commands) == 1 else 'carry'} no data: there is no 'value'"

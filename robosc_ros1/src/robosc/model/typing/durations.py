@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from robosc.expr.tree import Expr, Literal
-from robosc.expr.types import DurationType
+from robosc.expr import tree, types
 from robosc.language.keywords import UNITS
 from robosc.model.diagnostics import Report
 from robosc.model.ros.object_types import DURATIONS
@@ -14,7 +13,7 @@ from robosc.runtime.settings import SHORTEST_DURATION
 from robosc.source import Span
 from robosc.syntax.nodes import DurationNode, UnaryNode
 
-DURATION = expected_type(DurationType())
+DURATION = expected_type(types.DurationType())
 """The expected type of a timeout and of ``after``."""
 
 
@@ -28,18 +27,18 @@ def signed_duration(node: object) -> DurationNode | None:
     return None
 
 
-def typed_duration(node: DurationNode, report: Report) -> Literal | None:
+def typed_duration(node: DurationNode, report: Report) -> tree.Literal | None:
     """A duration in seconds, perhaps negative; None after a reported error."""
     seconds = float(node.amount) * UNITS[node.unit]
     if math.isinf(seconds):
         report.add("out-of-range", node.span, "a duration must be finite", "write: 500 ms")
         return None
-    return Literal(seconds, DurationType(), node.span)
+    return tree.Literal(seconds, types.DurationType(), node.span)
 
 
-def is_long_enough(duration: Expr, what: str, span: Span, report: Report) -> bool:
+def is_long_enough(duration: tree.Expr, what: str, span: Span, report: Report) -> bool:
     """Whether a duration that somebody waits for is one, or no literal; reports an error if not."""
-    if not isinstance(duration, Literal) or float(duration.value) >= SHORTEST_DURATION:
+    if not isinstance(duration, tree.Literal) or float(duration.value) >= SHORTEST_DURATION:
         return True
     message = f"{what} must be at least {SHORTEST_DURATION * 1000:g} ms"
     report.add("out-of-range", span, message, "write: 500 ms")

@@ -34,17 +34,12 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.expr.undefined_data import otherwise
-from robosc.language.operators import BINARY, UNARY, Operand
+from robosc.language import operators
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
+from robosc.model.names import report_unknown, resolve_name, tables
 from robosc.model.names.occurrences import Symbol, SymbolKind
-from robosc.model.names.report_unknown import NameFaults, last_name
-from robosc.model.names.resolve_name import Meanings
-from robosc.model.names.tables import SymbolTable
-from robosc.model.typing import function_calls
-from robosc.model.typing.aggregates import Aggregates, Bound
-from robosc.model.typing.compatibility import coerce, comparable, describe, result_type, type_of
-from robosc.model.typing.durations import signed_duration, typed_duration
+from robosc.model.typing import aggregates, compatibility, durations, function_calls, parts
 from robosc.model.typing.expected import (
     ANY,
     BOOLEAN,
@@ -55,23 +50,8 @@ from robosc.model.typing.expected import (
 )
 from robosc.model.typing.messages_about_types import VALUE_PLACES, alternatives, hint_for
 from robosc.model.typing.parameter_ranges import decided
-from robosc.model.typing.parts import Parts, path_of
 from robosc.model.typing.value_word import Incoming, is_value
-from robosc.syntax.nodes import (
-    Access,
-    AggregateNode,
-    ArrayNode,
-    BinaryNode,
-    CallNode,
-    DurationNode,
-    ElementNode,
-    ExprNode,
-    InNode,
-    LiteralNode,
-    MemberNode,
-    SliceNode,
-    UnaryNode,
-)
+from robosc.syntax import nodes
 
 
 class Typer:
@@ -81,7 +61,7 @@ class Typer:
         self,
         report: Report,
         types: TypeTable,
-        symbols: SymbolTable | None,
+        symbols: tables.SymbolTable | None,
         incoming: Incoming,
         arguments: Mapping[str, Expr] = MappingProxyType({}),
     ) -> None:
@@ -89,14 +69,14 @@ class Typer:
         self._report = report
         self._types = types
         self._incoming = incoming
-        self._faults = NameFaults(report, types, symbols)
-        self._meanings = Meanings(report, types, symbols, incoming.reasons)
-        self._parts = Parts(report, types)
-        self._bound: dict[str, Bound] = {}
-        self._aggregates = Aggregates(self.check, self._bound, report)
-        self._conditions: dict[tuple[int, str], tuple[ExprNode, Expr | None]] = {}
+        self._faults = report_unknown.NameFaults(report, types, symbols)
+        self._meanings = resolve_name.Meanings(report, types, symbols, incoming.reasons)
+        self._parts = parts.Parts(report, types)
+        self._bound: dict[str, aggregates.Bound] = {}
+        self._aggregates = aggregates.Aggregates(self.check, self._bound, report)
+        self._conditions: dict[tuple[int, str], tuple[nodes.ExprNode, Expr | None]] = {}
 
-    def check(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
+    def check(self, node: nodes.ExprNode, expected: ExpectedType, place: str) -> Expr | None:
         """The typed expression; None after a reported error. ``place`` is a text for messages.
 
         Copies of a statement share parts of their conditions: those are typed once.
@@ -108,46 +88,46 @@ class Typer:
             self._conditions[key] = node, self._typed(node, expected, place)
         return self._conditions[key][1]
 
-    def _typed(self, node: ExprNode, expected: ExpectedType, place: str) -> Expr | None:
+    def _typed(self, node: nodes.ExprNode, expected: ExpectedType, place: str) -> Expr | None:
         match node:
-            case Access() if node.root.text in self._bound and not node.root.escaped:
+            case nodes.Access() if node.root.text in self._bound and not node.root.escaped:
                 typed = self._element(node)
-            case Access() if node.root.text in self._arguments and not node.root.escaped:
+            case nodes.Access() if node.root.text in self._arguments and not node.root.escaped:
                 typed = self._parts.of_argument(node, self._arguments[node.root.text])
-            case Access() if not is_value(node):
+            case nodes.Access() if not is_value(node):
                 whole = self._meanings.whole_of(node)
                 if whole is None:
                     return self._choose(node, expected, place)
                 typed = self._parts.of_named(node, *whole)
-            case Access():
+            case nodes.Access():
                 typed = self._value(node)
-            case LiteralNode():
-                typed = Literal(node.value, type_of(node.value), node.span)
-            case UnaryNode() | DurationNode() if isinstance(expected.type, DurationType) and (
-                duration := signed_duration(node)
-            ):
-                typed = typed_duration(duration, self._report)
-            case UnaryNode():
+            case nodes.LiteralNode():
+                typed = Literal(node.value, compatibility.type_of(node.value), node.span)
+            case nodes.UnaryNode() | nodes.DurationNode() if isinstance(
+                expected.type, DurationType
+            ) and (duration := durations.signed_duration(node)):
+                typed = durations.typed_duration(duration, self._report)
+            case nodes.UnaryNode():
                 typed = self._unary(node)
-            case BinaryNode():
+            case nodes.BinaryNode():
                 typed = self._binary(node, expected)
-            case CallNode():
+            case nodes.CallNode():
                 typed = self._call(node)
-            case InNode():
+            case nodes.InNode():
                 typed = function_calls.typed_membership(node, self.check, self._report)
-            case ElementNode():
+            case nodes.ElementNode():
                 typed = function_calls.typed_element(node, self.check)
-            case MemberNode():
+            case nodes.MemberNode():
                 whole_node = self.check(node.object, ANY, "'.'")
                 typed = None if whole_node is None else self._parts.of_computed(node, whole_node)
-            case SliceNode():
+            case nodes.SliceNode():
                 typed = function_calls.typed_section(node, self.check)
-            case AggregateNode():
+            case nodes.AggregateNode():
                 typed = self._aggregates.typed(node)
-            case ArrayNode() if expected == needs_of(Operand.ARRAY):
+            case nodes.ArrayNode() if expected == needs_of(operators.Operand.ARRAY):
                 typed = function_calls.typed_list(node, self.check, self._report)
-            case ArrayNode() | DurationNode():
-                what = "an array" if isinstance(node, ArrayNode) else "a duration"
+            case nodes.ArrayNode() | nodes.DurationNode():
+                what = "an array" if isinstance(node, nodes.ArrayNode) else "a duration"
                 self._report.add(
                     "type-mismatch",
                     node.span,
@@ -162,82 +142,84 @@ class Typer:
             return None
         return typed
 
-    def made(self, node: AggregateNode, element: Callable[[], Expr | None]) -> Expr | None:
+    def made(self, node: nodes.AggregateNode, element: Callable[[], Expr | None]) -> Expr | None:
         """An array in data; ``element`` types what it is made of. None after a reported error."""
         return self._aggregates.typed(node, element)
 
-    def _mismatch(self, node: ExprNode, given: Type, expected: ExpectedType, place: str) -> None:
+    def _mismatch(
+        self, node: nodes.ExprNode, given: Type, expected: ExpectedType, place: str
+    ) -> None:
         self._report.add(
             "type-mismatch",
             node.span,
-            f"{place} needs {expected.text}, this is {describe(given)}",
+            f"{place} needs {expected.text}, this is {compatibility.describe(given)}",
             hint_for(node, given, expected, place),
         )
 
     # --- operators -------------------------------------------------------------------------------
 
-    def _unary(self, node: UnaryNode) -> Expr | None:
-        expected = needs_of(UNARY[node.operator].operands)
+    def _unary(self, node: nodes.UnaryNode) -> Expr | None:
+        expected = needs_of(operators.UNARY[node.operator].operands)
         operand = self.check(node.operand, expected, f"'{node.operator}'")
         if operand is None:
             return None
-        operation = UNARY[node.operator]
-        type_ = result_type(operation.result, (operand.type,))
-        if operation.operands is Operand.NUMBER and isinstance(operand, Literal):
+        operation = operators.UNARY[node.operator]
+        type_ = compatibility.result_type(operation.result, (operand.type,))
+        if operation.operands is operators.Operand.NUMBER and isinstance(operand, Literal):
             return Literal(operation.scalar(operand.value), type_, node.span)
         return Unary(node.operator, operand, type_, node.span)
 
-    def _binary(self, node: BinaryNode, expected: ExpectedType) -> Expr | None:
+    def _binary(self, node: nodes.BinaryNode, expected: ExpectedType) -> Expr | None:
         constant = self._meanings.ros_constant(node)
         if constant is not None:
             return self._types.ros_constant(*constant)
         counted = self._aggregates.counted(node)
         if counted is not None:
             return counted.expr
-        operation = BINARY[node.operator]
+        operation = operators.BINARY[node.operator]
         if node.operator == "else":
             return self._otherwise(node, expected)
-        if operation.operands is Operand.EQUAL:
+        if operation.operands is operators.Operand.EQUAL:
             return self._equality(node)
         expected = needs_of(operation.operands)
         # Where '>=' is meant, one error is enough.
         reversed_ = function_calls.is_reversed(node)
         left = None if reversed_ else self.check(node.left, expected, f"'{node.operator}'")
-        if operation.operands is Operand.SUMMAND and left is not None:
+        if operation.operands is operators.Operand.SUMMAND and left is not None:
             expected = equal_to(left.type)
         right = self.check(node.right, expected, f"'{node.operator}'")
         if left is None or right is None:
             return None
-        type_ = result_type(operation.result, (left.type, right.type))
+        type_ = compatibility.result_type(operation.result, (left.type, right.type))
         return decided(Binary(node.operator, left, right, type_, node.span))
 
-    def _otherwise(self, node: BinaryNode, expected: ExpectedType) -> Expr | None:
+    def _otherwise(self, node: nodes.BinaryNode, expected: ExpectedType) -> Expr | None:
         left = self.check(node.left, expected, "'else'")
         if left is None:
             return None
         if isinstance(left.type, ArrayType):
             hint = "write it behind what is computed of the array: min(x for x in …) else 0.0"
-            message = f"'else' cannot replace {describe(left.type)}"
+            message = f"'else' cannot replace {compatibility.describe(left.type)}"
             self._report.add("type-mismatch", node.left.span, message, hint)
             return None
         right = self.check(node.right, expected_type(left.type), "'else', as what is before it,")
         if right is None:
             return None
-        right = coerce(right, left.type)
+        right = compatibility.coerce(right, left.type)
         if isinstance(left.type, BooleanType):
             return otherwise(left, right, node.span)
         if isinstance(left.type, DoubleType) != isinstance(right.type, DoubleType):
             expected = ExpectedType("a double", lambda _: False)
             self._mismatch(node.right, right.type, expected, "'else', as what is before it,")
             return None
-        type_ = result_type(BINARY["else"].result, (left.type, right.type))
+        type_ = compatibility.result_type(operators.BINARY["else"].result, (left.type, right.type))
         return Binary("else", left, right, type_, node.span)
 
-    def _equality(self, node: BinaryNode) -> Expr | None:
+    def _equality(self, node: nodes.BinaryNode) -> Expr | None:
         open_left, open_right = self._is_open(node.left), self._is_open(node.right)
         place = f"'{node.operator}'"
         if open_left and open_right:
-            assert isinstance(node.left, Access) and isinstance(node.right, Access)
+            assert isinstance(node.left, nodes.Access) and isinstance(node.right, nodes.Access)
             pair = self._pair(node, node.left, node.right)
             if pair is None:
                 return None
@@ -248,11 +230,11 @@ class Typer:
         if known is None:
             self._silently(second, place)
             return None
-        if not comparable(known.type, known.type):
+        if not compatibility.comparable(known.type, known.type):
             self._report.add(
                 "type-mismatch",
                 first.span,
-                f"{place} cannot compare {describe(known.type)}",
+                f"{place} cannot compare {compatibility.describe(known.type)}",
                 "compare one of its parts"
                 if isinstance(known.type, ArrayType | ObjectType)
                 else None,
@@ -264,24 +246,26 @@ class Typer:
         left, right = (other, known) if open_left else (known, other)
         return decided(Binary(node.operator, left, right, BooleanType(), node.span))
 
-    def _is_open(self, node: ExprNode) -> bool:
+    def _is_open(self, node: nodes.ExprNode) -> bool:
         """Whether a side of a comparison is a name whose meaning the other side's type selects."""
         return (
-            isinstance(node, Access)
+            isinstance(node, nodes.Access)
             and not is_value(node)
             and (node.root.text not in {*self._bound, *self._arguments} or node.root.escaped)
             and self._meanings.whole_of(node) is None
         )
 
-    def _silently(self, node: ExprNode, place: str) -> None:
+    def _silently(self, node: nodes.ExprNode, place: str) -> None:
         """Report the errors of a comparison's side that do not depend on the other, faulty side."""
-        if isinstance(node, Access) and not is_value(node):
+        if isinstance(node, nodes.Access) and not is_value(node):
             if self._meanings.of(node) == [] and node.path:
                 self._faults.unknown(node)
         else:
             self.check(node, ANY, place)
 
-    def _pair(self, node: BinaryNode, left: Access, right: Access) -> tuple[Expr, Expr] | None:
+    def _pair(
+        self, node: nodes.BinaryNode, left: nodes.Access, right: nodes.Access
+    ) -> tuple[Expr, Expr] | None:
         """The meanings of two names that are compared with each other."""
         first, second = self._meanings.of(left), self._meanings.of(right)
         if first is None or second is None:
@@ -296,7 +280,7 @@ class Typer:
         if not first or not second:
             self._faults.unknown_pair(left, first, right, second)
             return None
-        pairs = [(a, b) for a in first for b in second if comparable(a.type, b.type)]
+        pairs = [(a, b) for a in first for b in second if compatibility.comparable(a.type, b.type)]
         reading = [p for p in pairs if not all(isinstance(e, Literal) for e in p)]
         pairs = reading or pairs
         if len(pairs) == 1:
@@ -308,14 +292,14 @@ class Typer:
         self._unequal(node, first, second)
         return None
 
-    def _unequal(self, node: BinaryNode, first: list[Expr], second: list[Expr]) -> None:
+    def _unequal(self, node: nodes.BinaryNode, first: list[Expr], second: list[Expr]) -> None:
         wrong, given, other = node.right, second, first
         if isinstance(first[0], Literal) and not isinstance(second[0], Literal):
             wrong, given, other = node.left, first, second
         hint = None
         needed = next((m.type for m in other if isinstance(m.type, EnumType)), None)
-        if needed is not None and isinstance(wrong, Access):
-            name = last_name(wrong)
+        if needed is not None and isinstance(wrong, nodes.Access):
+            name = report_unknown.last_name(wrong)
             hint = self._report.suggest(name, needed.values, f"{needed.name} has")
         self._report.add(
             "type-mismatch",
@@ -327,7 +311,7 @@ class Typer:
 
     # --- names -----------------------------------------------------------------------------------
 
-    def _choose(self, access: Access, expected: ExpectedType, place: str) -> Expr | None:
+    def _choose(self, access: nodes.Access, expected: ExpectedType, place: str) -> Expr | None:
         meanings = self._meanings.of(access)
         if meanings is None:
             return None
@@ -344,7 +328,7 @@ class Typer:
         else:
             hint = None
             if isinstance(expected.type, EnumType):
-                name = last_name(access)
+                name = report_unknown.last_name(access)
                 hint = self._report.suggest(name, expected.type.values, f"{expected.type.name} has")
             self._report.add(
                 "type-mismatch",
@@ -354,13 +338,13 @@ class Typer:
             )
         return None
 
-    def _recorded(self, access: Access, meaning: Expr) -> Expr:
+    def _recorded(self, access: nodes.Access, meaning: Expr) -> Expr:
         self._meanings.record(access, meaning)
         if isinstance(meaning, Literal) and isinstance(meaning.type, EnumType):
             return replace(meaning, type=self._types.full(meaning.type))
         return meaning
 
-    def _call(self, node: CallNode) -> Expr | None:
+    def _call(self, node: nodes.CallNode) -> Expr | None:
         """A call of a function, or of an enum that converts."""
         enum = self._types.called_enum(node.function)
         function = None if enum is not None else self._meanings.function(node.function)
@@ -370,18 +354,18 @@ class Typer:
             return function_calls.typed_call(node, self.check, self._report)
         return function_calls.typed_conversion(node, enum, self.check, self._report)
 
-    def _element(self, access: Access) -> Expr | None:
+    def _element(self, access: nodes.Access) -> Expr | None:
         """The variable of an enclosing aggregate, or a part of its value."""
         name = access.root.text
         bound = self._bound[name]
         type_ = self._parts.type_of(access, bound.type)
         if type_ is None:
             return None
-        return ElementRef(name, path_of(access), type_, access.span, bound.constant)
+        return ElementRef(name, parts.path_of(access), type_, access.span, bound.constant)
 
     # --- value -----------------------------------------------------------------------------------
 
-    def _value(self, access: Access) -> Expr | None:
+    def _value(self, access: nodes.Access) -> Expr | None:
         incoming = self._incoming
         detail = str(incoming.type) if incoming.type is not None else ""
         self._types.scope.names.note(access.root, Symbol(SymbolKind.INCOMING, "value", detail))
@@ -397,4 +381,4 @@ class Typer:
         type_ = self._parts.type_of(access, incoming.type)
         if type_ is None:
             return None
-        return ValueRef(path_of(access), type_, access.span, incoming.optional)
+        return ValueRef(parts.path_of(access), type_, access.span, incoming.optional)

@@ -7,11 +7,9 @@ from dataclasses import replace
 from functools import reduce
 from typing import cast
 
-from robosc.expr.evaluation import constant
-from robosc.expr.quantified import chain
-from robosc.expr.tree import Binary, Call, Convert, Expr, Literal, is_constant_data
+from robosc import remedies, source
+from robosc.expr import evaluation, quantified, tree, undefined_data
 from robosc.expr.types import ArrayType, BooleanType, EnumType, IntegerType, Type, Value, is_number
-from robosc.expr.undefined_data import defined
 from robosc.language.functions import AGGREGATES, FUNCTIONS, GEOMETRY
 from robosc.language.operators import Operand, Operator, Result
 from robosc.model.diagnostics import Report
@@ -19,27 +17,13 @@ from robosc.model.names.value_scope import ValueScope
 from robosc.model.typing.compatibility import coerce, comparable, describe, result_type
 from robosc.model.typing.expected import ANY, ExpectedType, equal_to, expected_type, needs_of
 from robosc.model.typing.geometry import typed_geometry
-from robosc.remedies import Change, Hint, Remedy
-from robosc.source import Span
-from robosc.syntax.nodes import (
-    ArrayNode,
-    BinaryNode,
-    CallNode,
-    DataObjectNode,
-    ElementNode,
-    ExprNode,
-    FunctionNode,
-    InNode,
-    LiteralNode,
-    Name,
-    SliceNode,
-)
+from robosc.syntax import nodes
 
-Check = Callable[[ExprNode, ExpectedType, str], Expr | None]
+Check = Callable[[nodes.ExprNode, ExpectedType, str], tree.Expr | None]
 """Types an expression, given the expected type and a text for its place in messages."""
 
 
-def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
+def typed_call(node: nodes.CallNode, check: Check, report: Report) -> tree.Expr | None:
     """A call of one of the language's functions; None after a reported error."""
     name = node.function.root.text
     if name in GEOMETRY and not node.function.path:
@@ -69,13 +53,17 @@ def typed_call(node: CallNode, check: Check, report: Report) -> Expr | None:
     if len(known) < len(arguments):
         return None
     if name == "defined":
-        return replace(defined(known[0]), span=node.span)
+        return replace(undefined_data.defined(known[0]), span=node.span)
     return _nested(function, known, node.span)
 
 
 def typed_declared_call(
-    node: CallNode, function: FunctionNode, scope: ValueScope, check: Check, report: Report
-) -> Expr | None:
+    node: nodes.CallNode,
+    function: nodes.FunctionNode,
+    scope: ValueScope,
+    check: Check,
+    report: Report,
+) -> tree.Expr | None:
     """A call of a function of the model, which ``scope`` declares; None after a reported error."""
     types = scope.typer.arguments(function) if scope.typer is not None else None
     if scope.typer is None or types is None:
@@ -95,18 +83,18 @@ def typed_declared_call(
 
 
 def typed_conversion(
-    node: CallNode, enum: EnumType, check: Check, report: Report
-) -> Convert | None:
+    node: nodes.CallNode, enum: EnumType, check: Check, report: Report
+) -> tree.Convert | None:
     """A call of an enum, which converts its argument; None after a reported error."""
     if len(node.arguments) != 1:
         message = f"'{enum.name}' takes 1 argument, not {len(node.arguments)}"
         report.add("type-mismatch", node.span, message)
         return None
     argument = check(node.arguments[0], expected_type(enum.source), f"'{enum.name}'")
-    return None if argument is None else Convert(argument, enum, node.span)
+    return None if argument is None else tree.Convert(argument, enum, node.span)
 
 
-def _right_number(function: Operator, node: CallNode, report: Report) -> bool:
+def _right_number(function: Operator, node: nodes.CallNode, report: Report) -> bool:
     least, given = len(function.arguments), len(node.arguments)
     if given == least or (function.variadic and given > least):
         return True
@@ -120,52 +108,52 @@ def _right_number(function: Operator, node: CallNode, report: Report) -> bool:
     return False
 
 
-def _of_an_array(function: Operator, arguments: Sequence[ExprNode]) -> str | None:
+def _of_an_array(function: Operator, arguments: Sequence[nodes.ExprNode]) -> str | None:
     """The hint for the least or greatest element of an array."""
     match arguments:
-        case [ArrayNode(span=span)]:
+        case [nodes.ArrayNode(span=span)]:
             return f"write {function.spelling}({span.text[1:-1].strip()})"
         case [array]:
             return f"of an array: {function.spelling}(x for x in {array.span.text})"
     return None
 
 
-def _function_meant(node: CallNode) -> Hint | None:
+def _function_meant(node: nodes.CallNode) -> remedies.Hint | None:
     """The hint for names that other languages have for functions, such as ``Math.abs``."""
     called = node.function.span.text
     last = node.function.path[-1] if node.function.path else None
     if called in ("if", "when"):
-        return Remedy(f"leave '{called}' out", Change.REMOVE)
+        return remedies.Remedy(f"leave '{called}' out", remedies.Change.REMOVE)
     if last is None and called[0].isupper():
         return "data is written in braces: { NAME: …, NAME: … }"
     if node.function.root.text == "value" and len(node.arguments) == 1:
         return f"an element is in brackets: {called}[…]"
-    if isinstance(last, Name) and last.text in FUNCTIONS:
+    if isinstance(last, nodes.Name) and last.text in FUNCTIONS:
         return f"write {last.text}(…)"
     if node.function.span.text in ("pow", "power", "sqr", "square"):
         return "write x * x"
     return None
 
 
-def _nested(function: Operator, arguments: Sequence[Expr], span: Span) -> Expr:
+def _nested(function: Operator, arguments: Sequence[tree.Expr], span: source.Span) -> tree.Expr:
     """The call; with more arguments than the function has, nested calls from the left."""
 
-    def call(operands: tuple[Expr, ...]) -> Expr:
+    def call(operands: tuple[tree.Expr, ...]) -> tree.Expr:
         type_ = result_type(function.result, [operand.type for operand in operands])
-        return Call(function.spelling, operands, type_, span)
+        return tree.Call(function.spelling, operands, type_, span)
 
     if not function.variadic:
         return call(tuple(arguments))
     return reduce(lambda found, argument: call((found, argument)), arguments)
 
 
-def is_reversed(node: BinaryNode) -> bool:
+def is_reversed(node: nodes.BinaryNode) -> bool:
     """Whether a node is ``x => 0.3``, which is meant to be ``x >= 0.3``."""
-    is_number = isinstance(node.right, LiteralNode) and not isinstance(node.right.value, bool)
+    is_number = isinstance(node.right, nodes.LiteralNode) and not isinstance(node.right.value, bool)
     return node.operator == "=>" and is_number
 
 
-def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
+def typed_membership(node: nodes.InNode, check: Check, report: Report) -> tree.Expr | None:
     """``E in { a, b }`` as a disjunction of comparisons with E; None after a reported error."""
     operand = check(node.operand, ANY, "'in'")
     if operand is not None and not comparable(operand.type, operand.type):
@@ -177,11 +165,11 @@ def typed_membership(node: InNode, check: Check, report: Report) -> Expr | None:
     values = [value for value in checked if value is not None]
     if operand is None or len(values) < len(checked):
         return None
-    equal = [Binary("=", operand, v, BooleanType(), node.span) for v in values]
-    return chain("or", equal, node.span)
+    equal = [tree.Binary("=", operand, v, BooleanType(), node.span) for v in values]
+    return quantified.chain("or", equal, node.span)
 
 
-def typed_element(node: ElementNode, check: Check) -> Expr | None:
+def typed_element(node: nodes.ElementNode, check: Check) -> tree.Expr | None:
     """``array[index]`` with a computed index; None after a reported error."""
     array = check(node.array, needs_of(Operand.ARRAY), "'[…]'")
     index = check(node.index, needs_of(Operand.INTEGER), "an index")
@@ -189,37 +177,37 @@ def typed_element(node: ElementNode, check: Check) -> Expr | None:
         return None
     assert isinstance(array.type, ArrayType)
     element = array.type.element
-    if isinstance(element, EnumType) and not is_constant_data(array):
+    if isinstance(element, EnumType) and not tree.is_constant_data(array):
         # The array has what the enum converts from.
-        call = Call("element", (array, index), element.source, node.span)
-        return Convert(call, element, node.span)
-    return Call("element", (array, index), element, node.span)
+        call = tree.Call("element", (array, index), element.source, node.span)
+        return tree.Convert(call, element, node.span)
+    return tree.Call("element", (array, index), element, node.span)
 
 
-def typed_section(node: SliceNode, check: Check) -> Expr | None:
+def typed_section(node: nodes.SliceNode, check: Check) -> tree.Expr | None:
     """``array[first..last]``; None after a reported error."""
     array = check(node.array, needs_of(Operand.ARRAY), "'[…]'")
     ends = [check(end, needs_of(Operand.INTEGER), "an index") for end in (node.first, node.last)]
     known = [end for end in ends if end is not None]
     if array is None or len(known) < len(ends):
         return None
-    return Call("section", (array, *known), array.type, node.span)
+    return tree.Call("section", (array, *known), array.type, node.span)
 
 
 def typed_elements(
-    node: ArrayNode,
+    node: nodes.ArrayNode,
     check: Check,
     report: Report,
     expected: ExpectedType | None = None,
     place: str = "an element",
-) -> tuple[list[Expr], Type] | None:
+) -> tuple[list[tree.Expr], Type] | None:
     """The elements of ``[a, b, c]`` and their common type; None after a reported error.
 
     All have the type of the first if none is ``expected``. ``place`` is a text for messages.
     """
-    elements: list[Expr] = []
+    elements: list[tree.Expr] = []
     for element in node.elements:
-        if isinstance(element, DataObjectNode):
+        if isinstance(element, nodes.DataObjectNode):
             report.add("type-mismatch", element.span, _OF_LISTS)
             return None
         of_first = equal_to(elements[0].type) if elements and expected is None else ANY
@@ -232,22 +220,22 @@ def typed_elements(
     return elements, type_ or (types[0] if types else IntegerType())
 
 
-def typed_list(node: ArrayNode, check: Check, report: Report) -> Literal | None:
+def typed_list(node: nodes.ArrayNode, check: Check, report: Report) -> tree.Literal | None:
     """``[0, 1, 2]`` as an array of constants of one type; None after a reported error."""
     elements = typed_elements(node, check, report)
     return None if elements is None else list_literal(node, *elements, report)
 
 
 def list_literal(
-    node: ArrayNode, elements: Sequence[Expr], type_: Type, report: Report
-) -> Literal | None:
+    node: nodes.ArrayNode, elements: Sequence[tree.Expr], type_: Type, report: Report
+) -> tree.Literal | None:
     """The array of these elements; None after a reported error."""
-    values = [constant(element) for element in elements]
+    values = [evaluation.constant(element) for element in elements]
     for element, value in zip(node.elements, values, strict=True):
         if value is None:
             report.add("type-mismatch", element.span, _OF_LISTS)
             return None
-    return Literal(cast(Value, tuple(values)), ArrayType(type_), node.span)
+    return tree.Literal(cast(Value, tuple(values)), ArrayType(type_), node.span)
 
 
 _OF_LISTS = "the elements of an array are constants of a basic type here"

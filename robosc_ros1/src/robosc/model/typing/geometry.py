@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from robosc.expr.evaluation import part_of_value
-from robosc.expr.traversal import part_of
-from robosc.expr.tree import Binary, Call, Expr, Literal
+from robosc.expr import evaluation, traversal, tree
 from robosc.expr.types import ArrayType, DoubleType, ObjectType, is_number
 from robosc.language.functions import GEOMETRY
 from robosc.language.operators import BINARY, Operand
@@ -21,8 +19,8 @@ _DOUBLE = DoubleType()
 
 
 def typed_geometry(
-    node: CallNode, check: Callable[[ExprNode, ExpectedType, str], Expr | None], report: Report
-) -> Expr | None:
+    node: CallNode, check: Callable[[ExprNode, ExpectedType, str], tree.Expr | None], report: Report
+) -> tree.Expr | None:
     """The expression for which a call of a function in ``GEOMETRY`` stands; None after an error."""
     name = node.function.root.text
     objects, numbers, fields, words = GEOMETRY[name]
@@ -57,13 +55,13 @@ def typed_geometry(
     match name:
         case "sector":
             operands = (*parts[0], *given)
-            return Call("sector", operands, parts[0][0].type, node.span)
+            return tree.Call("sector", operands, parts[0][0].type, node.span)
         case "yaw":
             return _yaw(*parts[0])
     return _distance(*parts)
 
 
-def _has(expr: Expr, fields: Sequence[str]) -> bool:
+def _has(expr: tree.Expr, fields: Sequence[str]) -> bool:
     type_ = expr.type
     if not isinstance(type_, ObjectType):
         return False
@@ -73,37 +71,37 @@ def _has(expr: Expr, fields: Sequence[str]) -> bool:
     return all(part is not None and is_number(part) for part in numbers)
 
 
-def _missing(expr: Expr, fields: Sequence[str]) -> str | None:
+def _missing(expr: tree.Expr, fields: Sequence[str]) -> str | None:
     """A field that a constant leaves out; None if it has all."""
-    if not isinstance(expr, Literal):
+    if not isinstance(expr, tree.Literal):
         return None
     value: Any = expr.value
     return next((field for field in fields if field not in value), None)
 
 
-def _part(whole: Expr, field: str, span: Span) -> Expr:
+def _part(whole: tree.Expr, field: str, span: Span) -> tree.Expr:
     assert isinstance(whole.type, ObjectType)
     type_ = whole.type.property(field)
     assert type_ is not None
-    if isinstance(whole, Literal):
-        return Literal(part_of_value(whole.value, (field,)), type_, span)
-    return part_of(whole, (field,), type_, span)
+    if isinstance(whole, tree.Literal):
+        return tree.Literal(evaluation.part_of_value(whole.value, (field,)), type_, span)
+    return traversal.part_of(whole, (field,), type_, span)
 
 
-def _of(operator: str, left: Expr, right: Expr) -> Expr:
+def _of(operator: str, left: tree.Expr, right: tree.Expr) -> tree.Expr:
     type_ = result_type(BINARY[operator].result, [left.type, right.type])
-    return Binary(operator, left, right, type_, left.span)
+    return tree.Binary(operator, left, right, type_, left.span)
 
 
-def _yaw(x: Expr, y: Expr, z: Expr, w: Expr) -> Expr:
+def _yaw(x: tree.Expr, y: tree.Expr, z: tree.Expr, w: tree.Expr) -> tree.Expr:
     """The rotation about the upward axis, in radians (REP 103)."""
-    two, one = Literal(2.0, _DOUBLE, x.span), Literal(1.0, _DOUBLE, x.span)
+    two, one = tree.Literal(2.0, _DOUBLE, x.span), tree.Literal(1.0, _DOUBLE, x.span)
     sine = _of("*", two, _of("+", _of("*", w, z), _of("*", x, y)))
     cosine = _of("-", one, _of("*", two, _of("+", _of("*", y, y), _of("*", z, z))))
-    return Call("atan2", (sine, cosine), _DOUBLE, x.span)
+    return tree.Call("atan2", (sine, cosine), _DOUBLE, x.span)
 
 
-def _distance(first: list[Expr], second: list[Expr]) -> Expr:
+def _distance(first: list[tree.Expr], second: list[tree.Expr]) -> tree.Expr:
     x, y, z = (_of("-", a, b) for a, b in zip(first, second, strict=True))
-    flat = Call("hypot", (x, y), _DOUBLE, x.span)
-    return Call("hypot", (flat, z), _DOUBLE, x.span)
+    flat = tree.Call("hypot", (x, y), _DOUBLE, x.span)
+    return tree.Call("hypot", (flat, z), _DOUBLE, x.span)

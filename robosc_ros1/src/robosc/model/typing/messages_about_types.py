@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from robosc.expr.tree import Expr, StateRef
-from robosc.expr.types import (
-    BooleanType,
-    DoubleType,
-    DurationType,
-    IntegerType,
-    ObjectType,
-    Type,
-)
+from robosc.expr import tree, types
 from robosc.language.operators import BINARY
-from robosc.model.typing.compatibility import describe
+from robosc.model.typing import compatibility, value_word
 from robosc.model.typing.expected import ExpectedType
-from robosc.model.typing.value_word import RULE
 from robosc.remedies import Change, Hint, Remedy, write
 from robosc.syntax.nodes import BinaryNode, ExprNode, LiteralNode
 
@@ -36,34 +27,34 @@ VALUE_PLACES = (
 )
 
 
-def alternatives(meanings: list[Expr]) -> str:
+def alternatives(meanings: list[tree.Expr]) -> str:
     """The types of a name's meanings as text: ``a state (a boolean) or a value of Way``."""
     return " or ".join(dict.fromkeys(_in_words(m) for m in meanings))
 
 
-def _in_words(meaning: Expr) -> str:
-    if isinstance(meaning, StateRef):
+def _in_words(meaning: tree.Expr) -> str:
+    if isinstance(meaning, tree.StateRef):
         return "a state (a boolean)"
-    return describe(meaning.type)
+    return compatibility.describe(meaning.type)
 
 
 def _unquoted(value: object, expected: ExpectedType) -> str | None:
     """A number or boolean that is written in quotes; None for everything else."""
     if not isinstance(value, str):
         return None
-    if value in ("true", "false") and expected.accepts(BooleanType()):
+    if value in ("true", "false") and expected.accepts(types.BooleanType()):
         return value
     is_number = value.replace(".", "", 1).removeprefix("-").isdecimal()
-    return value if is_number and expected.accepts(DoubleType()) else None
+    return value if is_number and expected.accepts(types.DoubleType()) else None
 
 
-def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) -> Hint | None:
+def hint_for(node: ExprNode, given: types.Type, expected: ExpectedType, place: str) -> Hint | None:
     """The remedy for an expression whose type does not fit its place; None if there is no usual."""
-    if isinstance(expected.type, DurationType):
+    if isinstance(expected.type, types.DurationType):
         return "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
-    if isinstance(expected.type, IntegerType) and isinstance(given, DoubleType):
+    if isinstance(expected.type, types.IntegerType) and isinstance(given, types.DoubleType):
         return "a double is never converted to an integer implicitly"
-    if isinstance(given, ObjectType):
+    if isinstance(given, types.ObjectType):
         fitting = [name for name, type_ in given.properties if expected.accepts(type_)]
         if len(fitting) == 1:  # of std_msgs/Float32, for one
             return write(f"{node.span.text}.{fitting[0]}")
@@ -73,7 +64,7 @@ def hint_for(node: ExprNode, given: Type, expected: ExpectedType, place: str) ->
         return write(unquoted, ", without quotes")
     if place == "'=>'":
         return "'=>' means 'implies': write >= to compare"
-    literal = place == RULE and isinstance(node, LiteralNode)
+    literal = place == value_word.RULE and isinstance(node, LiteralNode)
     if not literal:
         return None
     meant = f"value = {node.span.text}"

@@ -8,11 +8,8 @@ from itertools import product
 from math import prod
 from typing import Any, overload
 
-from robosc import limits
-from robosc.errors import StateSpaceError
-from robosc.expr.traversal import reads_value
-from robosc.expr.tree import FALSE, TRUE
-from robosc.expr.types import Value
+from robosc import errors, limits
+from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, EventParameter, LocalAutomaton
 from robosc.plant.data.classes import Classes
@@ -32,9 +29,9 @@ class OneClass(Sequence[Any]):
         return 1
 
     @overload
-    def __getitem__(self, index: int) -> Value | None: ...
+    def __getitem__(self, index: int) -> types.Value | None: ...
     @overload
-    def __getitem__(self, index: slice) -> Sequence[Value | None]: ...
+    def __getitem__(self, index: slice) -> Sequence[types.Value | None]: ...
     def __getitem__(self, index: int | slice) -> Any:
         return (self.classes[self.number],)[index]
 
@@ -62,7 +59,7 @@ def by_data(event: Event) -> Iterator[Event]:
         return
     sizes = [len(event.parameters[i].values) for i in known]
     if prod(sizes) > limits.CASES_OF_A_COMMAND:
-        raise StateSpaceError(
+        raise errors.StateSpaceError(
             f"what is asked of the data of {event.name} has {prod(sizes)} cases, more than the"
             f" limit of {limits.CASES_OF_A_COMMAND}: ask for fewer things of one command"
         )
@@ -92,16 +89,16 @@ def _case(event: Event, known: tuple[int, ...], chosen: tuple[int, ...], number:
     return replace(
         case,
         automata=tuple(_automaton(automaton, data) for automaton in event.automata),
-        requirement=None if requirement == TRUE else requirement,
+        requirement=None if requirement == tree.TRUE else requirement,
     )
 
 
 def _automaton(automaton: LocalAutomaton, data: PartValues) -> LocalAutomaton:
     """Return the automaton without the transitions that these data rule out."""
     edges = (
-        replace(edge, guard=None if guard == TRUE else guard)
+        replace(edge, guard=None if guard == tree.TRUE else guard)
         for edge, guard in ((edge, holds(edge.guard, data)) for edge in automaton.edges)
-        if guard != FALSE
+        if guard != tree.FALSE
     )
     return replace(automaton, edges=tuple(edges))
 
@@ -109,5 +106,5 @@ def _automaton(automaton: LocalAutomaton, data: PartValues) -> LocalAutomaton:
 def _is_of_data(parameter: EventParameter) -> bool:
     """Whether a parameter follows from the data, and is not chosen when the event happens."""
     if parameter.test is not None:
-        return any(map(reads_value, parameter.test.sides))
+        return any(map(traversal.reads_value, parameter.test.sides))
     return not parameter.renews

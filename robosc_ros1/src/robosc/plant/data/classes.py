@@ -10,21 +10,20 @@ from functools import cached_property
 from itertools import groupby
 from typing import Any, TypeAlias, overload
 
-from robosc.expr.tree import Binary, Expr, Literal
-from robosc.expr.types import BooleanType, DoubleType, IntegerType, StringType, Type, Value
+from robosc.expr import tree, types
 from robosc.language.operators import BINARY
 from robosc.plant.logic import conjunction, disjunction, negation
 
-Comparison: TypeAlias = tuple[str, Value]
+Comparison: TypeAlias = tuple[str, types.Value]
 """An operator and its right operand, a constant."""
 
-_Key: TypeAlias = tuple[int | None, Value | None]
+_Key: TypeAlias = tuple[int | None, types.Value | None]
 
 _AT = 1
 _CUT = {"<": 0, ">=": 0, "<=": 2, ">": 2}
 """On which side of its constant a comparison changes its result: below (0) or above (2) ``_AT``."""
 
-_BOOLEAN = BooleanType()
+_BOOLEAN = types.BooleanType()
 _NAN = math.nan
 
 
@@ -40,7 +39,7 @@ class ClassCondition:
         """The length of the condition, to choose the shortest one."""
         return sum(len(part) for part in self.alternatives), self.negated
 
-    def of(self, left: Expr, right: Expr | None = None) -> Expr:
+    def of(self, left: tree.Expr, right: tree.Expr | None = None) -> tree.Expr:
         """Return the condition on ``left``, compared with ``right`` or with the constants."""
         equal = disjunction(
             conjunction(_comparison(left, right, one) for one in part) for part in self.alternatives
@@ -48,20 +47,20 @@ class ClassCondition:
         return negation(equal) if self.negated else equal
 
 
-def _comparison(left: Expr, right: Expr | None, comparison: Comparison) -> Expr:
+def _comparison(left: tree.Expr, right: tree.Expr | None, comparison: Comparison) -> tree.Expr:
     operator, constant = comparison
     if right is None:
-        right = Literal(constant, _type_of(constant))
-    return Binary(operator, left, right, _BOOLEAN)
+        right = tree.Literal(constant, _type_of(constant))
+    return tree.Binary(operator, left, right, _BOOLEAN)
 
 
-def _type_of(constant: Value) -> Type:
+def _type_of(constant: types.Value) -> types.Type:
     match constant:
         case str():
-            return StringType()
+            return types.StringType()
         case float():
-            return DoubleType()
-    return IntegerType()
+            return types.DoubleType()
+    return types.IntegerType()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +71,7 @@ class _Region:
     here.
     """
 
-    representative: Value
+    representative: types.Value
     begins: Comparison | None
     ends: Comparison | None
 
@@ -85,7 +84,7 @@ class Classes(Sequence[Any]):
     ``optional``. Any value of the type is ``in`` it; ``index`` gives the number of its class.
     """
 
-    type: Type
+    type: types.Type
     comparisons: frozenset[Comparison]
     optional: bool = False
 
@@ -95,9 +94,9 @@ class Classes(Sequence[Any]):
         return len(self._members) + self.optional
 
     @overload
-    def __getitem__(self, index: int) -> Value | None: ...
+    def __getitem__(self, index: int) -> types.Value | None: ...
     @overload
-    def __getitem__(self, index: slice) -> Sequence[Value | None]: ...
+    def __getitem__(self, index: slice) -> Sequence[types.Value | None]: ...
     def __getitem__(self, index: int | slice) -> Any:
         return self._values[index]
 
@@ -117,10 +116,10 @@ class Classes(Sequence[Any]):
 
     # --- conditions
 
-    def tell(self, operator: str, constant: Value) -> bool:
+    def tell(self, operator: str, constant: types.Value) -> bool:
         """Whether a comparison with a constant has the same result for all values of each class."""
         asked = {(operator, constant)}
-        if not isinstance(self.type, DoubleType):  # for NaN the opposite is not the negation
+        if not isinstance(self.type, types.DoubleType):  # for NaN the opposite is not the negation
             asked.add((_OPPOSITE[operator], constant))
         return not asked.isdisjoint(self.comparisons)
 
@@ -128,11 +127,11 @@ class Classes(Sequence[Any]):
         """Return a short condition that holds in all needed classes, and otherwise only in free
         ones."""
         must, may = self._in_regions(needed), self._in_regions(free)
-        if isinstance(self.type, StringType):
+        if isinstance(self.type, types.StringType):
             return self._equalities(must, may)
         last = len(self._regions) - 1
         conditions = []
-        if isinstance(self.type, DoubleType):  # the last region is NaN
+        if isinstance(self.type, types.DoubleType):  # the last region is NaN
             count, is_needed, is_free = last, last in must, last in may
         else:
             count, is_needed, is_free = last + 1, False, True
@@ -144,7 +143,7 @@ class Classes(Sequence[Any]):
             conditions.append(_turned(runs, self.type))
         return min(conditions, key=lambda c: c.length)
 
-    def label(self, index: int, term: Expr, text: Callable[[Expr], str]) -> str:
+    def label(self, index: int, term: tree.Expr, text: Callable[[tree.Expr], str]) -> str:
         """Return the condition on the term that defines a class, as text."""
         if index == len(self._members):
             return "missing"
@@ -166,10 +165,10 @@ class Classes(Sequence[Any]):
     @cached_property
     def _regions(self) -> tuple[_Region, ...]:
         """The nonempty regions between and at the constants, ascending, NaN last."""
-        if isinstance(self.type, StringType):
+        if isinstance(self.type, types.StringType):
             return tuple(_strings(self._constants))
-        regions = list(_numbers(self._constants, isinstance(self.type, DoubleType)))
-        if isinstance(self.type, DoubleType):
+        regions = list(_numbers(self._constants, isinstance(self.type, types.DoubleType)))
+        if isinstance(self.type, types.DoubleType):
             regions.append(_Region(_NAN, None, None))
         return tuple(regions)
 
@@ -231,7 +230,7 @@ class Classes(Sequence[Any]):
         return {key: number for number, key in enumerate(self._by_key)}
 
     @cached_property
-    def _values(self) -> tuple[Value | None, ...]:
+    def _values(self) -> tuple[types.Value | None, ...]:
         values = [self._regions[members[0]].representative for members in self._members]
         return (*values, None) if self.optional else tuple(values)
 
@@ -288,11 +287,11 @@ def _between(needed: Iterable[int], free: Container[int], count: int) -> Iterato
         first = number + 1
 
 
-def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: Type) -> ClassCondition:
+def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: types.Type) -> ClassCondition:
     """Return the negation of all runs, as comparisons if possible."""
     if all(len(run) == 1 for run in runs):
         flat = [run[0] for run in runs]
-        if not isinstance(type_, DoubleType) or all(operator == "=" for operator, _ in flat):
+        if not isinstance(type_, types.DoubleType) or all(operator == "=" for operator, _ in flat):
             return ClassCondition(
                 (tuple((_OPPOSITE[op], constant) for op, constant in flat),), False
             )

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from robosc.runtime.observation import Handler
+from robosc.runtime import observation, transforms
 from robosc.runtime.settings import Settings
-from robosc.runtime.transforms import Keys, Transforms, period_by
 from robosc.simulate.bags.bag_files import Bag
 
 TOPICS = ("/tf", "/tf_static")
@@ -23,19 +22,19 @@ class RecordedTransforms:
 
     def __init__(
         self,
-        chains: Mapping[tuple[str, str], Keys],
+        chains: Mapping[tuple[str, str], transforms.Keys],
         settings: Settings,
         now: Callable[[], float],
         post: Callable[[Sequence[str]], Callable[[Any], None]],
     ) -> None:
         rows = [(*frames, keys) for frames, keys in chains.items()]
-        self._transforms = Transforms(rows, period_by(settings.rates))
+        self._transforms = transforms.Transforms(rows, transforms.period_by(settings.rates))
         self._posts = {keys: post(keys) for _, _, keys in rows}
         self._now = now
         self.next = self._transforms.next
         self.faults: dict[str, None] = {}
 
-    def handler(self, bag: Bag, topic: str, is_static: bool) -> Handler:
+    def handler(self, bag: Bag, topic: str, is_static: bool) -> observation.Handler:
         """What takes the messages of a topic."""
         nodes = {c.node for c in bag.storage.channels.values() if c.topic == topic and c.node}
         publishers = " or ".join(sorted(nodes)) or f"whoever sends {topic}"
@@ -52,6 +51,6 @@ class RecordedTransforms:
         """Pass on what has waited until now."""
         self._pass_on(self._transforms.due(self._now()))
 
-    def _pass_on(self, messages: Sequence[tuple[Keys, Any]]) -> None:
+    def _pass_on(self, messages: Sequence[tuple[transforms.Keys, Any]]) -> None:
         for keys, message in messages:
             self._posts[keys](message)

@@ -13,13 +13,9 @@ from dataclasses import replace
 from typing import Any
 
 from robosc import limits
-from robosc.expr.evaluation import evaluate
-from robosc.expr.traversal import walk
-from robosc.expr.tree import Binary, Expr, Leaf, Literal, TestRef, ValueRef, VariableRef
-from robosc.expr.types import DoubleType, IntegerType, Value, domain
-from robosc.expr.undefined_data import condition_on_data
+from robosc.expr import evaluation, traversal, tree, types, undefined_data
 from robosc.language.operators import MIRRORED
-from robosc.plant.acceptance import components_of, phase_of
+from robosc.plant import acceptance, model_text
 from robosc.plant.automaton import (
     Edge,
     Event,
@@ -30,38 +26,19 @@ from robosc.plant.automaton import (
 )
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import value_of
-from robosc.plant.model_text import to_dsl
 from robosc.plant.step import Values, taken_edge
 from robosc.runtime.values import Undefined, widen
 from robosc.simulate.faults import InvalidLine, Refused
-from robosc.simulate.machines.machine import (
-    Choice,
-    CommandState,
-    Happening,
-    draw_values,
-    is_typed,
-    label,
-    typed_text,
-    with_preferences,
-)
+from robosc.simulate.machines import machine
 from robosc.simulate.machines.reasons import reasons
 from robosc.simulate.machines.state import SystemState, sent_data, state_of
-from robosc.simulate.values.drawn_values import completed
-from robosc.simulate.values.event_data import (
-    Given,
-    by_path,
-    given_json,
-    given_text,
-    hint,
-    is_test,
-    part_given,
-)
+from robosc.simulate.values import drawn_values, event_data
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
 from robosc.synthesis.controlled_system import tau_values
 from robosc.synthesis.formatting import short_step_text, step_text
 
-_Moment = tuple[PlantState, Mapping[str, Value | None]]
+_Moment = tuple[PlantState, Mapping[str, types.Value | None]]
 
 
 class SingleEvents:
@@ -69,7 +46,7 @@ class SingleEvents:
 
     time = None
     stopped = None
-    beginning: Sequence[Happening] = ()
+    beginning: Sequence[machine.Happening] = ()
 
     def __init__(self, supervisor: Supervisor) -> None:
         self.supervisor = supervisor
@@ -80,7 +57,7 @@ class SingleEvents:
         self._data = {
             key: variable
             for key, variable in self.plant.robot.variables.items()
-            if not variable.in_state or domain(variable.type) is None
+            if not variable.in_state or types.domain(variable.type) is None
         }
         self._past: list[_Moment] = []
         self.restart()
@@ -128,7 +105,7 @@ class SingleEvents:
         one = replace(self._under_control(event), values=[values])
         return next((after for _, after in one.targets(self.plant_state)), None)
 
-    def can(self, event: Event, given: Given | None) -> bool:
+    def can(self, event: Event, given: event_data.Given | None) -> bool:
         if given is not None:
             values = self._values(event, given)
             event = _case_of(self._cases(event), values)
@@ -143,35 +120,39 @@ class SingleEvents:
 
     def _happens(self, event: Event) -> bool:
         """Whether an event can happen, with some value."""
-        phase = phase_of(event)
+        phase = acceptance.phase_of(event)
         if phase is not None and self.plant_state[phase.variable] not in phase.sources:
             return False  # whatever its value, and these may be very many
         return any(True for _ in self._under_control(event).targets(self.plant_state))
 
-    def choices(self) -> list[Choice]:
+    def choices(self) -> list[machine.Choice]:
         found = []
         for event in self.plant.events:
-            if not is_typed(self.plant.robot, event):
+            if not machine.is_typed(self.plant.robot, event):
                 possible = self._under_control(event).targets(self.plant_state)
                 found += [self._choice(event, values, after) for values, after in possible]
             elif self.can(event, None):
-                found.append(Choice(event, None, label(event), hint(self.plant.robot, event)))
+                found.append(
+                    machine.Choice(
+                        event, None, machine.label(event), event_data.hint(self.plant.robot, event)
+                    )
+                )
         return found
 
-    def _choice(self, event: Event, values: Values, after: PlantState) -> Choice:
-        given = by_path(event, values)
+    def _choice(self, event: Event, values: Values, after: PlantState) -> machine.Choice:
+        given = event_data.by_path(event, values)
         if event.kind.of_component:
             (path,) = tau_values(self.plant, event, self.plant_state, after)
-            return Choice(event, {}, f"{label(event)} ({path})")
+            return machine.Choice(event, {}, f"{machine.label(event)} ({path})")
         if any(p.labels is not None or p.test is not None for p in event.parameters):
             step = Step(event, values)
-            return Choice(event, given, step_text(step), short=short_step_text(step))
-        return Choice(event, given, typed_text(event, given))
+            return machine.Choice(event, given, step_text(step), short=short_step_text(step))
+        return machine.Choice(event, given, machine.typed_text(event, given))
 
-    def commands(self) -> list[CommandState]:
+    def commands(self) -> list[machine.CommandState]:
         state = self.state
         commands = [
-            CommandState(
+            machine.CommandState(
                 event,
                 reasons(self.supervisor, guard, self.plant_state, state),
                 self._sent(event, state),
@@ -179,34 +160,34 @@ class SingleEvents:
             for event in self.plant.events
             if (guard := self._guards.get(event.identity)) is not None
         ]
-        return with_preferences(commands, self.plant.robot, self.state.phases)
+        return machine.with_preferences(commands, self.plant.robot, self.state.phases)
 
     def _sent(self, event: Event, state: SystemState) -> dict[str, Any] | None:
         """What a request carries now; None for other events."""
         is_request = event.kind.sent and not self.plant.robot.supervises
         return sent_data(self.plant.robot, event.command, state) if is_request else None
 
-    def _lookup(self, given: Given) -> Callable[[Leaf], Value | None]:
+    def _lookup(self, given: event_data.Given) -> Callable[[tree.Leaf], types.Value | None]:
         """What leaves of expressions are now, and with the value of an event."""
         state = self.state
         return lambda leaf: (
-            part_given(given, leaf.path, leaf.type)
-            if isinstance(leaf, ValueRef)
+            event_data.part_given(given, leaf.path, leaf.type)
+            if isinstance(leaf, tree.ValueRef)
             else state.look(leaf)
         )
 
-    def _values(self, event: Event, given: Given) -> Values:
+    def _values(self, event: Event, given: event_data.Given) -> Values:
         """The value of each parameter; tests come to what the data say, unless they are given."""
         look = self._lookup(given)
 
-        def value(parameter: EventParameter) -> Value | None:
+        def value(parameter: EventParameter) -> types.Value | None:
             if parameter.path in given:
                 return given[parameter.path]
             if parameter.test is None:  # a part of what was given as a whole, or nothing was
                 whole = any(parameter.path[: len(path)] == path for path in given)
-                whole &= not is_test(parameter.path)
+                whole &= not event_data.is_test(parameter.path)
                 return (
-                    part_given(given, parameter.path, parameter.type)
+                    event_data.part_given(given, parameter.path, parameter.type)
                     if whole
                     else parameter.values[0]
                 )
@@ -219,32 +200,37 @@ class SingleEvents:
 
     # --- what happens ----------------------------------------------------------------------------
 
-    def fire(self, event: Event, given: Given) -> list[Happening]:
+    def fire(self, event: Event, given: event_data.Given) -> list[machine.Happening]:
         values = self._values(event, given)
         event = _case_of(self._cases(event), values)
         before, data = self._now
         if not _known(event, values):
-            raise Refused(f"{label(event)} cannot carry {given_text(given)}: outside its range")
+            raise Refused(
+                f"{machine.label(event)} cannot carry {event_data.given_text(given)}: outside its"
+                " range"
+            )
         after = self._target(event, values)
         if after is None:
-            raise Refused(f"{label(event)} cannot happen now: {self._why_not(event)}")
-        value = given_json(given)
+            raise Refused(f"{machine.label(event)} cannot happen now: {self._why_not(event)}")
+        value = event_data.given_json(given)
         if event.kind.of_component:
             (value,) = tau_values(self.plant, event, before, after)
         elif event.kind.sent and not self.plant.robot.supervises:
             value = self._sent(event, self.state)
-        assigned = dict(self._assigned(event, {**by_path(event, values), **given}))
+        assigned = dict(self._assigned(event, {**event_data.by_path(event, values), **given}))
         self._past.append(self._now)
         self._now = after, {**data, **assigned}
         number = event.index if event.kind.of_component else 0
         return [
-            Happening(event.kind.word, event.name, value, number, controllable=event.controllable)
+            machine.Happening(
+                event.kind.word, event.name, value, number, controllable=event.controllable
+            )
         ]
 
     def _why_not(self, event: Event) -> str:
         guard = self._guards.get(event.identity)
         if guard is None:
-            phase = phase_of(event)
+            phase = acceptance.phase_of(event)
             if phase is None:
                 return "no state allows it"
             if self.plant_state[phase.variable] in phase.sources:
@@ -252,38 +238,38 @@ class SingleEvents:
             return f"it is {self.state.phases[event.key]}"
         return "; ".join(map(str, reasons(self.supervisor, guard, self.plant_state, self.state)))
 
-    def _assigned(self, event: Event, given: Given) -> Iterator[tuple[str, Value]]:
+    def _assigned(self, event: Event, given: event_data.Given) -> Iterator[tuple[str, types.Value]]:
         """What the event does to data: the right-hand sides see the state before."""
         look = self._lookup(given)
-        for automaton in components_of(event.whole or event):
+        for automaton in acceptance.components_of(event.whole or event):
             edge = taken_edge(automaton, self.plant_state, look)
             if edge is not None:
                 yield from self._data_of(automaton.component, edge, look)
 
     def _data_of(
-        self, component: str, edge: Edge, look: Callable[[Leaf], Value | None]
-    ) -> Iterator[tuple[str, Value]]:
+        self, component: str, edge: Edge, look: Callable[[tree.Leaf], types.Value | None]
+    ) -> Iterator[tuple[str, types.Value]]:
         for assignment in edge.assignments:
             variable = self._data.get(f"{component}.{assignment.variable}")
             if variable is None:
                 continue
             try:
-                value = evaluate(assignment.value, look)
+                value = evaluation.evaluate(assignment.value, look)
             except Undefined:
                 continue  # an array was too short: the variable stays as it was
             match variable.type:
-                case IntegerType(bounds=(low, high)) if not low <= value <= high:  # type: ignore[operator]
+                case types.IntegerType(bounds=(low, high)) if not low <= value <= high:  # type: ignore[operator]
                     continue
-                case DoubleType():
+                case types.DoubleType():
                     value = widen(value)
             yield variable.key, value
 
-    def wait(self, seconds: float) -> list[Happening]:
+    def wait(self, seconds: float) -> list[machine.Happening]:
         raise InvalidLine("time does not matter for single events: wait needs --execute")
 
     # --- where to --------------------------------------------------------------------------------
 
-    def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
+    def path(self, condition: tree.Expr) -> list[tuple[Event, event_data.Given]] | None:
         # The graph is made while it is searched, and the search ends at the first hit: networkx
         # would have to be given all of it before.
         test = self._stepper.test(self._of_the_plant(condition))
@@ -310,56 +296,56 @@ class SingleEvents:
                     if len(came) > limits.PATH_STATES:
                         raise Refused(f"no path was found within {limits.PATH_STATES:,} states")
         if sampled := [self.plant.events[way.number] for way in ways if way.is_sampled]:
-            names = ", ".join(map(label, sampled))
+            names = ", ".join(map(machine.label, sampled))
             raise Refused(f"no path was found; not all values of {names} were tried")
         return None
 
-    def _of_the_plant(self, condition: Expr) -> Expr:
+    def _of_the_plant(self, condition: tree.Expr) -> tree.Expr:
         """The condition over states of the plant, which knows data by what the model asks of them.
 
         Raises:
             InvalidLine: the plant does not determine where it holds.
         """
-        found = self.plant.view.expression(condition_on_data(condition))
-        for part in walk(found):
+        found = self.plant.view.expression(undefined_data.condition_on_data(condition))
+        for part in traversal.walk(found):
             known = True
             match part:
-                case VariableRef(component=component, variable=name):
+                case tree.VariableRef(component=component, variable=name):
                     known = (VariableKind.DATA, f"{component}.{name}") in self.plant.variable_index
-                case TestRef(name=name):
+                case tree.TestRef(name=name):
                     known = (VariableKind.TEST, name) in self.plant.variable_index
-                case Binary(operator=operator) if operator in MIRRORED:
+                case tree.Binary(operator=operator) if operator in MIRRORED:
                     known = self._tells_apart(part)
             if not known:
-                text = to_dsl(part, self.plant.robot)
+                text = model_text.to_dsl(part, self.plant.robot)
                 raise InvalidLine(
                     "a path can be found only to what decides about commands, not to data:"
                     f" '{text}' does not decide"
                 )
         return found
 
-    def _tells_apart(self, comparison: Binary) -> bool:
+    def _tells_apart(self, comparison: tree.Binary) -> bool:
         """Whether the plant knows where a comparison of data with a constant holds."""
         operator, term, constant = comparison.operator, comparison.left, comparison.right
-        if isinstance(term, Literal):
+        if isinstance(term, tree.Literal):
             operator, term, constant = MIRRORED[operator], constant, term
         index = self.plant.variable_index
         match term:
-            case VariableRef(component=component, variable=name):
+            case tree.VariableRef(component=component, variable=name):
                 found = index.get((VariableKind.DATA, f"{component}.{name}"))
-            case TestRef(name=name):
+            case tree.TestRef(name=name):
                 found = index.get((VariableKind.TEST, name))
             case _:
                 return True
         classes = None if found is None else self.plant.variables[found].values
-        if not isinstance(classes, Classes) or not isinstance(constant, Literal):
+        if not isinstance(classes, Classes) or not isinstance(constant, tree.Literal):
             return found is not None
         return classes.tell(operator, constant.value)
 
     def _trace(
         self, came: Mapping[PlantState, tuple[PlantState, int, Values] | None], end: PlantState
-    ) -> list[tuple[Event, Given]]:
-        trace: list[tuple[Event, Given]] = []
+    ) -> list[tuple[Event, event_data.Given]]:
+        trace: list[tuple[Event, event_data.Given]] = []
         step = came[end]
         while step is not None:
             before, number, values = step
@@ -368,23 +354,27 @@ class SingleEvents:
             step = came[before]
         return trace[::-1]
 
-    def _filled(self, event: Event, values: Values) -> Given:
+    def _filled(self, event: Event, values: Values) -> event_data.Given:
         """A value of the plant with the parts that only data reads."""
-        return completed(self.plant.robot, event, by_path(event, values), label(event))
+        return drawn_values.completed(
+            self.plant.robot, event, event_data.by_path(event, values), machine.label(event)
+        )
 
-    def draw(self, rng: random.Random) -> tuple[Event, Given] | None:
+    def draw(self, rng: random.Random) -> tuple[Event, event_data.Given] | None:
         able = [event for event in self.plant.events if self._happens(event)]
         if not able:
             return None
         event = rng.choice(able)
         values = next(self._drawn(event, rng))
-        given = completed(self.plant.robot, event, by_path(event, values), label(event), rng)
+        given = drawn_values.completed(
+            self.plant.robot, event, event_data.by_path(event, values), machine.label(event), rng
+        )
         return event, given
 
     def _drawn(self, event: Event, rng: random.Random) -> Iterator[Values]:
         """Values with which an event can happen; there are some."""
         for _ in range(_DRAWS):
-            values = draw_values(event, rng)
+            values = machine.draw_values(event, rng)
             if self._target(event, values) is not None:
                 yield values
         # Few of very many values are possible: all of these, in order.

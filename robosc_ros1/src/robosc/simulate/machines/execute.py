@@ -14,43 +14,24 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from robosc import limits
-from robosc.emit.package.config import (
-    declared_communications,
-    playable_parameters,
-    shared_topics,
-)
+from robosc.emit.package import config
 from robosc.expr.traversal import path_text
 from robosc.expr.tree import REASON, Expr
 from robosc.expr.types import IntegerType, ObjectType
 from robosc.language.events import EventKind, Kind
-from robosc.model.deciders import decides
-from robosc.model.entities import Robot
-from robosc.plant.acceptance import phase_of
+from robosc.model import deciders, entities
+from robosc.plant import acceptance, event_values
 from robosc.plant.automaton import Event, Plant
-from robosc.plant.event_values import value_parts, value_type
 from robosc.plant.step import valuations
+from robosc.runtime import calls, model, port, recorder, telemetry
 from robosc.runtime import model as runtime
-from robosc.runtime.calls import FAILED, Failure
 from robosc.runtime.commanding import controller_engine
 from robosc.runtime.engine import Engine
-from robosc.runtime.model import Controller
-from robosc.runtime.port import Data, Port, WaitingCall
-from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import ParameterError, Settings, read
-from robosc.runtime.telemetry import obstacles
 from robosc.runtime.values import Undefined, in_range
 from robosc.simulate.faults import InvalidLine, Refused
+from robosc.simulate.machines import machine
 from robosc.simulate.machines.generated import make_controller, restore, state_of_controller
-from robosc.simulate.machines.machine import (
-    Choice,
-    CommandState,
-    Happening,
-    Reason,
-    is_typed,
-    label,
-    typed_text,
-    with_preferences,
-)
 from robosc.simulate.machines.state import SystemState
 from robosc.simulate.values.drawn_values import random_raw
 from robosc.simulate.values.event_data import Given, by_path, complete, hint
@@ -62,7 +43,7 @@ _ROUNDING = 1e-9
 _Step: TypeAlias = tuple[Event, Given] | float
 
 
-class Clockwork(Port):
+class Clockwork(port.Port):
     """The clock, and the requests that are open."""
 
     def __init__(self) -> None:
@@ -75,13 +56,13 @@ class Clockwork(Port):
     def now(self) -> float:
         return self.time
 
-    def send(self, key: str, data: Data) -> None:
+    def send(self, key: str, data: port.Data) -> None:
         """The recorder has it already."""
 
-    def call(self, key: str, data: Data, token: int) -> None:
+    def call(self, key: str, data: port.Data, token: int) -> None:
         self.open[key] = token
 
-    def start(self, key: str, data: Data, token: int) -> None:
+    def start(self, key: str, data: port.Data, token: int) -> None:
         """Only the latest goal of an action can be typed to end: one that is replaced ends now."""
         replaced = self.open.get(key)
         self.open[key] = token
@@ -100,10 +81,10 @@ class Clockwork(Port):
         """What matters is in the recorder."""
 
 
-class _Call(WaitingCall):
+class _Call(port.WaitingCall):
     """A call of which the recorder has how it ended; ``accepted`` keeps it if it is taken."""
 
-    def __init__(self, accepted: dict[str, WaitingCall], key: str) -> None:
+    def __init__(self, accepted: dict[str, port.WaitingCall], key: str) -> None:
         self._accepted = accepted
         self._key = key
 
@@ -130,7 +111,7 @@ class Execution:
         }
         self._inputs = tuple(e for e in self.plant.events if not (e.controllable or e.kind.clocked))
         self._settings = settings._replace(whole_values=True)
-        topics = (keys for _, keys in shared_topics(self.plant.robot) if len(keys) > 1)
+        topics = (keys for _, keys in config.shared_topics(self.plant.robot) if len(keys) > 1)
         outgoing = {e.key for e in self._inputs if e.kind is EventKind.RESPONSE}
         self._shared = [keys for keys in topics if outgoing.issuperset(keys)]
         self._past: list[_Step] = []
@@ -155,11 +136,6 @@ class Execution:
     @property
     def stopped(self) -> str | None:
         return self._engine.stopped
-
-    @property
-    def next_deadline(self) -> float | None:
-        """Seconds until something happens by the clock alone; None: never."""
-        return self._engine.time_to_deadline()
 
     @property
     def next_command(self) -> float | None:
@@ -206,15 +182,15 @@ class Execution:
 
     def _begin(self) -> None:
         self._engine = self._make()
-        self._called: dict[str, WaitingCall] = {}  # the latest that was accepted, by key
+        self._called: dict[str, port.WaitingCall] = {}  # the latest that was accepted, by key
         self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
-        replaced = Failure("replaced")
+        replaced = calls.Failure("replaced")
         self._clock.ended = lambda key, token: self._engine.report(
             key, token, EventKind.CANCELLED.word, replaced
         )
         self._engine.begin()
         self._engine.cycle()
-        self.beginning: Sequence[Happening] = self._happened()
+        self.beginning: Sequence[machine.Happening] = self._happened()
 
     # --- what can happen -------------------------------------------------------------------------
 
@@ -241,30 +217,30 @@ class Execution:
         return self.state.phases[event.key]
 
     def _sources(self, event: Event) -> list[str]:
-        phase = phase_of(event)
+        phase = acceptance.phase_of(event)
         assert phase is not None
         phases = self.plant.variables[phase.variable].values
         return [str(phases[source]) for source in phase.sources]
 
-    def choices(self) -> list[Choice]:
+    def choices(self) -> list[machine.Choice]:
         found = []
         robot = self.plant.robot
         for event in self._inputs:
             if not self.can(event, None):
                 continue
-            if is_typed(robot, event) or any(p.test for p in event.parameters):
-                found.append(Choice(event, None, label(event), hint(robot, event)))
+            if machine.is_typed(robot, event) or any(p.test for p in event.parameters):
+                found.append(machine.Choice(event, None, machine.label(event), hint(robot, event)))
                 continue
             for values in valuations(event):
                 given = by_path(event, values)
-                found.append(Choice(event, given, typed_text(event, given)))
+                found.append(machine.Choice(event, given, machine.typed_text(event, given)))
         return found
 
-    def commands(self) -> list[CommandState]:
+    def commands(self) -> list[machine.CommandState]:
         snapshot = self._engine.snapshot()
         counts = snapshot["counts"]
         commands = [
-            CommandState(
+            machine.CommandState(
                 self._events[c.key, c.kind],
                 self._reasons(c, snapshot),
                 None if c.data is None else _data(c.data, self._controller),
@@ -272,19 +248,23 @@ class Execution:
             )
             for c in self._controller.COMMANDS
         ]
-        return with_preferences(commands, self.plant.robot, self.state.phases)
+        return machine.with_preferences(commands, self.plant.robot, self.state.phases)
 
-    def _reasons(self, command: runtime.Command, snapshot: dict[str, Any]) -> tuple[Reason, ...]:
-        found = [Reason(**r) for r in obstacles(snapshot, command)]
+    def _reasons(
+        self, command: runtime.Command, snapshot: dict[str, Any]
+    ) -> tuple[machine.Reason, ...]:
+        found = [machine.Reason(**r) for r in telemetry.obstacles(snapshot, command)]
         if self.stopped is not None:
-            found.insert(0, Reason("stopped", "there was a safe stop"))
+            found.insert(0, machine.Reason("stopped", "there was a safe stop"))
         return tuple(found)
 
     # --- what happens ----------------------------------------------------------------------------
 
-    def fire(self, event: Event, given: Given) -> list[Happening]:
+    def fire(self, event: Event, given: Given) -> list[machine.Happening]:
         if not self.can(event, given):
-            raise Refused(f"{label(event)} cannot happen now: {event.name} is {self._phase(event)}")
+            raise Refused(
+                f"{machine.label(event)} cannot happen now: {event.name} is {self._phase(event)}"
+            )
         if event.kind is EventKind.CALL:
             self._engine.serve(event.key, given, _Call(self._called, event.key))
         elif event.kind is EventKind.RECALL:
@@ -299,20 +279,20 @@ class Execution:
         """Pass on a message, or what becomes of a request."""
         payload: Any = given
         if event.kind in (EventKind.ERROR, EventKind.CANCELLED):
-            word = str(given.get(REASON) or FAILED)
-            payload = Failure("simulated", given, word)
+            word = str(given.get(REASON) or calls.FAILED)
+            payload = calls.Failure("simulated", given, word)
         token = self._clock.open.get(event.key)
         together = next((keys for keys in self._shared if event.key in keys), None)
         if together is not None:
             self._engine.poster(together)(payload)  # all that the message is
-        elif phase_of(event) is None or token is None:
+        elif acceptance.phase_of(event) is None or token is None:
             self._engine.post(event.key, event.kind.word, payload)
         else:
             if event.kind is not EventKind.FEEDBACK:
                 del self._clock.open[event.key]
             self._engine.report(event.key, token, event.kind.word, payload)
 
-    def wait(self, seconds: float) -> list[Happening]:
+    def wait(self, seconds: float) -> list[machine.Happening]:
         if not 0.0 < seconds <= limits.WAIT_SECONDS:
             raise InvalidLine(f"wait for more than 0 and at most {limits.WAIT_SECONDS:g} seconds")
         happenings = []
@@ -331,13 +311,13 @@ class Execution:
         self._past.append(seconds)
         return happenings + self._happened()
 
-    def _happened(self) -> list[Happening]:
+    def _happened(self) -> list[machine.Happening]:
         return [self._happening(e) for e in self._engine.recorder.take()]
 
-    def _happening(self, entry: Entry) -> Happening:
-        decided = decides(self.plant.robot, entry.kind, entry.name)
+    def _happening(self, entry: recorder.Entry) -> machine.Happening:
+        decided = deciders.decides(self.plant.robot, entry.kind, entry.name)
         told = (entry.kind, entry.name, entry.value, entry.tau, entry.outcome, entry.detail)
-        return Happening(*told, entry.time, decided)
+        return machine.Happening(*told, entry.time, decided)
 
     def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
         raise InvalidLine("goto is for single events: here the controller decides where it goes")
@@ -349,10 +329,10 @@ class Execution:
             return round(rng.uniform(0.01, 0.5), 2)
         event = rng.choice(able)
         robot = self.plant.robot
-        return event, complete(robot, event, random_raw(robot, event, rng), label(event))
+        return event, complete(robot, event, random_raw(robot, event, rng), machine.label(event))
 
 
-def _data(data: Callable[[Controller], Any], controller: Controller) -> Any:
+def _data(data: Callable[[model.Controller], Any], controller: model.Controller) -> Any:
     """What a command would carry; None if nothing has come of it yet."""
     try:
         return data(controller)
@@ -360,21 +340,23 @@ def _data(data: Callable[[Controller], Any], controller: Controller) -> Any:
         return None
 
 
-def read_settings(robot: Robot, parameters: Mapping[str, Any]) -> Settings:
+def read_settings(robot: entities.Robot, parameters: Mapping[str, Any]) -> Settings:
     """The settings of the robot's node, from parameters by name.
 
     Raises:
         InvalidLine: one of them is unknown or has a wrong value.
     """
     try:
-        communications = declared_communications(robot)
-        settings, _ = read(communications, parameters, playable_parameters(robot), strict=True)
+        communications = config.declared_communications(robot)
+        settings, _ = read(
+            communications, parameters, config.playable_parameters(robot), strict=True
+        )
     except ParameterError as error:
         raise InvalidLine(str(error)) from None
     return settings
 
 
-def read_given(controller: Controller, plant: Plant) -> None:
+def read_given(controller: model.Controller, plant: Plant) -> None:
     """Let the controller read given values in place of messages of ROS.
 
     What a message says was found out before, by the same rules; that a value lies in its range is
@@ -394,11 +376,11 @@ def read_given(controller: Controller, plant: Plant) -> None:
     )
 
 
-def _reader(plant: Plant, event: Event) -> Callable[[Controller, Given], Any]:
-    whole = value_type(plant.robot, event)
-    parts = value_parts(plant.robot, event)
+def _reader(plant: Plant, event: Event) -> Callable[[model.Controller, Given], Any]:
+    whole = event_values.value_type(plant.robot, event)
+    parts = event_values.value_parts(plant.robot, event)
 
-    def read_given(_: Controller, given: Given) -> Any:
+    def read_given(_: model.Controller, given: Given) -> Any:
         given = given or {}  # an error may have no result
         for path, type_ in {(): whole, **parts}.items():
             if isinstance(type_, IntegerType) and type_.bounds and given.get(path) is not None:

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from robosc.emit.controller.assembly import controller_context
-from robosc.emit.controller.naming import file_of
+from robosc.emit.controller import assembly, naming
 from robosc.emit.package.rendering import render
 from robosc.plant.automaton import Plant, VariableKind
 from robosc.runtime.model import Controller
@@ -18,7 +17,7 @@ from robosc.supervisor import Supervisor
 
 def make_controller(supervisor: Supervisor) -> Controller:
     """A controller in its initial state."""
-    context = controller_context(supervisor, file_of(supervisor.plant.robot.span))
+    context = assembly.controller_context(supervisor, naming.file_of(supervisor.plant.robot.span))
     # In a package the runtime is a copy beside the controller; here it is robosc's own.
     context = replace(context, runtime="robosc.runtime")
     text = render("common/node/controller.py.jinja", context)

@@ -14,9 +14,7 @@ from robosc.errors import listing
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
-from robosc.plant.automaton import Event, Plant
-from robosc.plant.event_values import value_parts
-from robosc.plant.step import valuations
+from robosc.plant import automaton, event_values, step
 from robosc.runtime.reasons import reason_text
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.state import SystemState
@@ -38,7 +36,7 @@ class Choice:
     ``short`` is the text where it need not be typed, with ranges of numbers as people write them.
     """
 
-    event: Event
+    event: automaton.Event
     given: Given | None
     text: str
     hint: str = ""
@@ -74,7 +72,7 @@ class CommandState:
     ``waits_for`` are the enabled commands that a controller sends instead of it, as preferred ones.
     """
 
-    event: Event
+    event: automaton.Event
     reasons: tuple[Reason, ...]
     data: dict[str, Any] | None = None
     count: int | None = None
@@ -98,7 +96,7 @@ def with_preferences(
         and not _is_replacing(command.event, robot, phases)
     }
 
-    def waits_for(event: Event) -> tuple[str, ...]:
+    def waits_for(event: automaton.Event) -> tuple[str, ...]:
         if not event.kind.sent or event.key not in enabled:
             return ()
         preferred = robot.yields_to.get(event.key, ())
@@ -107,7 +105,7 @@ def with_preferences(
     return [replace(command, waits_for=waits_for(command.event)) for command in commands]
 
 
-def _is_replacing(event: Event, robot: Robot, phases: Mapping[str, str]) -> bool:
+def _is_replacing(event: automaton.Event, robot: Robot, phases: Mapping[str, str]) -> bool:
     """Whether a request would replace a goal."""
     return bool(robot.communications[event.key].goals) and phases[event.key] == "busy"
 
@@ -155,7 +153,7 @@ class Machine(Protocol):
     """What happened before the first event."""
 
     @property
-    def plant(self) -> Plant: ...
+    def plant(self) -> automaton.Plant: ...
 
     @property
     def state(self) -> SystemState: ...
@@ -169,24 +167,24 @@ class Machine(Protocol):
         """Why the controller made a safe stop, or None."""
 
     @property
-    def typeable(self) -> Sequence[Event]:
+    def typeable(self) -> Sequence[automaton.Event]:
         """The events that may be fired at all."""
 
     def choices(self) -> list[Choice]: ...
 
     def commands(self) -> list[CommandState]: ...
 
-    def can(self, event: Event, given: Given | None) -> bool:
+    def can(self, event: automaton.Event, given: Given | None) -> bool:
         """Whether it can happen now; without a value, whether any value of it can."""
 
-    def fire(self, event: Event, given: Given) -> list[Happening]: ...
+    def fire(self, event: automaton.Event, given: Given) -> list[Happening]: ...
 
     def wait(self, seconds: float) -> list[Happening]: ...
 
-    def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
+    def path(self, condition: Expr) -> list[tuple[automaton.Event, Given]] | None:
         """The shortest way to where the condition holds; None if there is no such state."""
 
-    def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
+    def draw(self, rng: random.Random) -> tuple[automaton.Event, Given] | float | None:
         """What happens next at random: an event, seconds to wait, or None if nothing can."""
 
     def undo(self, count: int) -> None:
@@ -195,17 +193,17 @@ class Machine(Protocol):
     def restart(self) -> None: ...
 
 
-def label(event: Event) -> str:
+def label(event: automaton.Event) -> str:
     """How an event is typed: ``grab.request``, ``Door.tau2``."""
     return _label(event, event.name)
 
 
-def _label(event: Event, name: str) -> str:
+def _label(event: automaton.Event, name: str) -> str:
     index = event.index if event.kind.of_component else ""
     return f"{name}.{event.kind.word}{index}"
 
 
-def typed_text(event: Event, given: Given) -> str:
+def typed_text(event: automaton.Event, given: Given) -> str:
     """An event with its value, as it can be typed: ``distance.response(free)``."""
     text = given_text(given)
     return f"{label(event)}({text})" if text else label(event)
@@ -220,34 +218,34 @@ def event_and_value(text: str) -> tuple[str, str] | None:
     return None if match is None else (match[1], match[2] or match[3] or "")
 
 
-def is_typed(robot: Robot, event: Event) -> bool:
+def is_typed(robot: Robot, event: automaton.Event) -> bool:
     """Whether its value is to be typed: it has data that decide nothing, or too many values."""
     decided = {p.path for p in event.parameters}
     few = math.prod(len(p.values) for p in event.parameters) <= MANY
-    return not few or bool(value_parts(robot, event).keys() - decided)
+    return not few or bool(event_values.value_parts(robot, event).keys() - decided)
 
 
-def draw_values(event: Event, rng: random.Random) -> tuple[Any, ...]:
+def draw_values(event: automaton.Event, rng: random.Random) -> tuple[Any, ...]:
     """One of the combinations that the parameters can have."""
     if math.prod(len(p.values) for p in event.parameters) <= 1000:
-        return rng.choice(list(valuations(event)))
+        return rng.choice(list(step.valuations(event)))
     return tuple(
         rng.choice([v for v in p.values if v is not None] if None in p.values else p.values)
         for p in event.parameters
     )
 
 
-def without_timeouts(events: Sequence[Event]) -> list[Event]:
+def without_timeouts(events: Sequence[automaton.Event]) -> list[automaton.Event]:
     """Those that a bare name means: a message, rather than that none came."""
     return [e for e in events if e.kind is not EventKind.TIMEOUT] or list(events)
 
 
-def without_cases(events: Sequence[Event]) -> list[Event]:
+def without_cases(events: Sequence[automaton.Event]) -> list[automaton.Event]:
     """One of the events for each request, whose cases differ in their data only."""
     return list({id(event.whole or event): event for event in events}.values())
 
 
-def find_events(machine: Machine, text: str) -> list[Event]:
+def find_events(machine: Machine, text: str) -> list[automaton.Event]:
     """The events that a name can mean, best first. Raises InvalidLine if there is none.
 
     ``grab.request`` in full, ``grab`` for all events of it, or the beginning of either.
@@ -261,7 +259,7 @@ def find_events(machine: Machine, text: str) -> list[Event]:
     raise InvalidLine(_unknown(machine, text))
 
 
-def event_of_document(machine: Machine, document: Mapping[str, Any]) -> Event:
+def event_of_document(machine: Machine, document: Mapping[str, Any]) -> automaton.Event:
     """The event that a document names: ``kind``, ``name`` and, of a component, ``index``.
 
     Raises:
@@ -277,20 +275,20 @@ def event_of_document(machine: Machine, document: Mapping[str, Any]) -> Event:
     raise InvalidLine(_unknown(machine, text))
 
 
-def is_name(event: Event, text: str) -> bool:
+def is_name(event: automaton.Event, text: str) -> bool:
     """Whether a text names the event: in full, or the communication or component alone."""
     return _is_label(event, text) or _is_bare_name(event, text)
 
 
-def _is_label(event: Event, text: str) -> bool:
+def _is_label(event: automaton.Event, text: str) -> bool:
     return text in (label(event), _key_label(event))
 
 
-def _is_bare_name(event: Event, text: str) -> bool:
+def _is_bare_name(event: automaton.Event, text: str) -> bool:
     return text in (event.name, event.key)
 
 
-def _begins_label(event: Event, text: str) -> bool:
+def _begins_label(event: automaton.Event, text: str) -> bool:
     return _begins(label(event), text) or _begins(_key_label(event), text)
 
 
@@ -315,5 +313,5 @@ def _unknown(machine: Machine, text: str) -> str:
     return f"there is no event or command '{text}'{few} (see help)"
 
 
-def _key_label(event: Event) -> str:
+def _key_label(event: automaton.Event) -> str:
     return _label(event, event.key)

@@ -6,9 +6,7 @@ from collections.abc import Iterator
 
 from robosc.emit.controller.naming import place
 from robosc.errors import listing
-from robosc.expr.evaluation import evaluate
-from robosc.expr.tree import Expr
-from robosc.expr.types import Value
+from robosc.expr import evaluation, tree, types
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.conjuncts import Conjunct, conjuncts
@@ -92,7 +90,7 @@ def _violated(
             yield Reason("requirement", requirement.text, place(requirement.span), told)
 
 
-def _may_hold(plant: Plant, event: Event, condition: Expr, state: PlantState) -> bool:
+def _may_hold(plant: Plant, event: Event, condition: tree.Expr, state: PlantState) -> bool:
     """Whether a condition holds in a state, of data with one of the values that they have in this
     case of the event; of what the plant does not know of them, it does not.
     """
@@ -104,13 +102,13 @@ def _may_hold(plant: Plant, event: Event, condition: Expr, state: PlantState) ->
     )
 
 
-def _known(part: Conjunct, data: SystemState) -> dict[str, Value]:
+def _known(part: Conjunct, data: SystemState) -> dict[str, types.Value]:
     """The values that a part compares, if its data are all known, and do not hold either.
 
     Of a test, a single event may have chosen what it came to, without any value.
     """
     try:
-        values = {name: evaluate(expr, data.look) for name, expr in part.values.items()}
+        values = {name: evaluation.evaluate(expr, data.look) for name, expr in part.values.items()}
         return values if is_true(part.unmet, data.look) else {}
     except Undefined:
         return {}

@@ -6,20 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from robosc.expr.evaluation import evaluate
-from robosc.expr.tree import (
-    ElementRef,
-    Expr,
-    Leaf,
-    ParameterRef,
-    PhaseRef,
-    StateRef,
-    TestRef,
-    ValueRef,
-    VariableRef,
-)
+from robosc.expr import evaluation, tree
 from robosc.expr.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
-from robosc.model.entities import Data, DataArray, DataObject, Robot
+from robosc.model import entities
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.data.terms import value_of
 from robosc.plant.step import is_true
@@ -36,25 +25,25 @@ class SystemState:
     tests: Mapping[str, Value] = field(default_factory=dict)
     """What tests of data came to, by name: where single events choose them."""
 
-    def look(self, leaf: Leaf) -> Value | None:
+    def look(self, leaf: tree.Leaf) -> Value | None:
         match leaf:
-            case StateRef(component=component, places=names):
+            case tree.StateRef(component=component, places=names):
                 return self.components[component] in names
-            case TestRef(name=name):
+            case tree.TestRef(name=name):
                 return self.tests[name] if name in self.tests else value_of(leaf, self.look)
-            case VariableRef(component=component, variable=name):
+            case tree.VariableRef(component=component, variable=name):
                 return self.variables[f"{component}.{name}"]
-            case PhaseRef(communication=key, places=phases):
+            case tree.PhaseRef(communication=key, places=phases):
                 return self.phases[key] in phases
-            case ValueRef():
+            case tree.ValueRef():
                 return None
-            case ElementRef() | ParameterRef():
+            case tree.ElementRef() | tree.ParameterRef():
                 raise AssertionError("it belongs to an aggregate, or has its default")
 
-    def holds(self, condition: Expr) -> bool:
+    def holds(self, condition: tree.Expr) -> bool:
         return is_true(condition, self.look)
 
-    def marked(self, robot: Robot) -> bool:
+    def marked(self, robot: entities.Robot) -> bool:
         """Whether every component and every communication is in a marked state."""
         for key, phase in self.phases.items():
             phases = robot.communications[key].phases
@@ -82,7 +71,7 @@ def state_of(plant: Plant, state: PlantState, data: Mapping[str, Value | None]) 
     )
 
 
-def sent_data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | None:
+def sent_data(robot: entities.Robot, key: str, state: SystemState) -> dict[str, Any] | None:
     """What a request carries now: the fields of the first provide statement that holds.
 
     None: there is none, so that all fields keep their defaults, or some data have not arrived yet.
@@ -103,15 +92,15 @@ def sent_data(robot: Robot, key: str, state: SystemState) -> dict[str, Any] | No
     return None
 
 
-def _plain(data: Data, type_: Type, state: SystemState) -> Any:
+def _plain(data: entities.Data, type_: Type, state: SystemState) -> Any:
     """Provided data as plain values; integers become floating point where the field is."""
-    if isinstance(data, DataObject):
+    if isinstance(data, entities.DataObject):
         inner = dict(type_.properties) if isinstance(type_, ObjectType) else {}
         return {name: _plain(part, inner[name], state) for name, part in data.fields}
-    if isinstance(data, DataArray):
+    if isinstance(data, entities.DataArray):
         element = type_.element if isinstance(type_, ArrayType) else type_
         return [_plain(part, element, state) for part in data.elements]
-    value = evaluate(data, state.look)
+    value = evaluation.evaluate(data, state.look)
     if isinstance(type_, DoubleType) and isinstance(data.type, IntegerType):
         return widen(value)
     return value

@@ -17,25 +17,18 @@ from robosc.expr.traversal import path_text
 from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
-from robosc.runtime.calls import Failure
+from robosc.runtime import calls, matching, port, reasons, recorder, values
 from robosc.runtime.engine import Engine
-from robosc.runtime.matching import CommandPattern
-from robosc.runtime.port import Data
-from robosc.runtime.reasons import reason_text
-from robosc.runtime.recorder import Entry
 from robosc.runtime.settings import Settings
 from robosc.runtime.supervising import Supervising, SupervisorPort, supervisor_engine
-from robosc.runtime.values import jsonable
-from robosc.simulate.machines.execute import Clockwork, Execution, read_given
-from robosc.simulate.machines.generated import make_controller
-from robosc.simulate.machines.machine import CommandState, Happening, label
+from robosc.simulate.machines import execute, generated, machine
+from robosc.simulate.values import event_data
 from robosc.simulate.values.drawn_values import random_raw
-from robosc.simulate.values.event_data import Given, complete, given_json
 from robosc.simulate.values.literals import Path
 from robosc.supervisor import Supervisor
 
 
-class _Port(Clockwork, SupervisorPort):
+class _Port(execute.Clockwork, SupervisorPort):
     """The clock, the requests that are open, and what was blocked."""
 
     def __init__(self) -> None:
@@ -44,14 +37,14 @@ class _Port(Clockwork, SupervisorPort):
         self.sent: dict[str, list[Any]] = {}
         """What was passed on and is not told yet, by key: also what nothing reads."""
 
-    def send(self, key: str, data: Data) -> None:
+    def send(self, key: str, data: port.Data) -> None:
         self.sent.setdefault(key, []).append(data)
 
-    def call(self, key: str, data: Data, token: int) -> None:
+    def call(self, key: str, data: port.Data, token: int) -> None:
         self.sent.setdefault(key, []).append(data)
         super().call(key, data, token)
 
-    def start(self, key: str, data: Data, token: int) -> None:
+    def start(self, key: str, data: port.Data, token: int) -> None:
         self.sent.setdefault(key, []).append(data)
         super().start(key, data, token)
 
@@ -67,8 +60,8 @@ class _Port(Clockwork, SupervisorPort):
     def changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
         """Typed values have no fields but those that the model reads, by path."""
         return {
-            path_text(path): {"sent": jsonable(sent.get(path, type(value)())),
-                              "made": jsonable(value)}
+            path_text(path): {"sent": values.jsonable(sent.get(path, type(value)())),
+                              "made": values.jsonable(value)}
             for path, value in made.items()
             if value != sent.get(path, type(value)())
         }  # fmt: skip
@@ -77,7 +70,7 @@ class _Port(Clockwork, SupervisorPort):
         return {path_text(path): value for path, value in message.items()}
 
 
-class SupervisedExecution(Execution):
+class SupervisedExecution(execute.Execution):
     """A :class:`~robosc.simulate.machines.machine.Machine` that executes the supervisor."""
 
     def __init__(self, supervisor: Supervisor, settings: Settings) -> None:
@@ -94,25 +87,26 @@ class SupervisedExecution(Execution):
     def _make(self) -> Engine[Any]:
         self._port = _Port()
         self._clock = self._port
-        self._controller = make_controller(self.supervisor)
-        read_given(self._controller, self.plant)
+        self._controller = generated.make_controller(self.supervisor)
+        execute.read_given(self._controller, self.plant)
         engine = supervisor_engine(self._controller, self._port, self._settings, self._port.now)
         engine.recorder.now = self._port.now
         return engine
 
-    def can(self, event: Event, given: Given | None) -> bool:
+    def can(self, event: Event, given: event_data.Given | None) -> bool:
         if event.kind is EventKind.REQUEST and event.controllable:
             return True
         if event.controllable and (event.kind is EventKind.CANCEL or event.kind.served):
             return event.key in self._port.open
         return super().can(event, given)
 
-    def commands(self) -> list[CommandState]:
+    def commands(self) -> list[machine.CommandState]:
         return [
-            CommandState(c.event, c.reasons, None, c.count, c.waits_for) for c in super().commands()
+            machine.CommandState(c.event, c.reasons, None, c.count, c.waits_for)
+            for c in super().commands()
         ]
 
-    def fire(self, event: Event, given: Given) -> list[Happening]:
+    def fire(self, event: Event, given: event_data.Given) -> list[machine.Happening]:
         if not event.controllable:
             return super().fire(event, given)
         engine, key = self._engine, event.key
@@ -123,57 +117,57 @@ class SupervisedExecution(Execution):
         elif event.kind is EventKind.CANCEL:
             role.withdraw(key)
         elif self.plant.robot.communications[key].kind is Kind.INCOMING:
-            role.offer(key, [CommandPattern(key)], given, given)
+            role.offer(key, [matching.CommandPattern(key)], given, given)
         else:
             role.request(key, given, given, lambda *_: None)
         engine.cycle()
         self._past.append((event, given))
         return self._happened()
 
-    def _answer(self, event: Event, given: Given) -> None:
+    def _answer(self, event: Event, given: event_data.Given) -> None:
         """Let the controller answer a call of the robot."""
         token = self._port.open[event.key]
         payload: Any = given
         if event.kind is EventKind.REFUSAL:
-            payload = Failure("simulated")
+            payload = calls.Failure("simulated")
         if event.kind is not EventKind.PROGRESS:
             del self._port.open[event.key]
         self._engine.report(event.key, token, event.kind.word, payload)
 
-    def _happened(self) -> list[Happening]:
+    def _happened(self) -> list[machine.Happening]:
         blocked = [self._blocked(document) for document in self._port.documents]
         self._port.documents.clear()
         return [*super()._happened(), *blocked]
 
-    def _happening(self, entry: Entry) -> Happening:
+    def _happening(self, entry: recorder.Entry) -> machine.Happening:
         sent = self._port.sent.get(self._keys.get(entry.name, ""), [])
         if entry.kind == EventKind.REQUEST.word and entry.outcome == "applied" and sent:
             data = sent.pop(0)
             by_path = isinstance(data, dict) and all(isinstance(path, tuple) for path in data)
             if by_path and data.keys() - {()}:
-                entry = entry._replace(value=given_json(data))
+                entry = entry._replace(value=event_data.given_json(data))
         if entry.correction is None:
             return super()._happening(entry)
         told = super()._happening(entry._replace(detail=_told(entry.correction)))
         return replace(told, judged={"corrected": entry.correction})
 
-    def _blocked(self, document: Mapping[str, Any]) -> Happening:
+    def _blocked(self, document: Mapping[str, Any]) -> machine.Happening:
         event = document["event"]
-        texts = [reason_text(reason) for reason in document["blocked_by"]]
+        texts = [reasons.reason_text(reason) for reason in document["blocked_by"]]
         if "corrected" in document:
             texts.insert(0, _told(document["corrected"]))
         detail = "; ".join(texts)
         told = (event["kind"], event["name"], event["value"], 0, "blocked", detail)
-        return Happening(*told, self._port.time, True, document)
+        return machine.Happening(*told, self._port.time, True, document)
 
-    def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
+    def draw(self, rng: random.Random) -> tuple[Event, event_data.Given] | float | None:
         drawn = super().draw(rng)
         if isinstance(drawn, float) and rng.random() < 0.5:
             asked = [e for e in self._inputs if e.controllable and self.can(e, None)]
             if asked:
                 event, robot = rng.choice(asked), self.plant.robot
                 raw = random_raw(robot, event, rng) if value_parts(robot, event) else None
-                return event, complete(robot, event, raw, label(event))
+                return event, event_data.complete(robot, event, raw, machine.label(event))
         return drawn
 
 

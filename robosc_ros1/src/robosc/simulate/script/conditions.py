@@ -8,8 +8,7 @@ from robosc.model.diagnostics import Report
 from robosc.model.entities import Robot
 from robosc.simulate.faults import InvalidLine
 from robosc.source import Source
-from robosc.syntax.nodes import ExprNode, RequirementNode
-from robosc.syntax.parser import parse
+from robosc.syntax import nodes, parser
 
 _BEFORE = "robot r { requirement always "
 
@@ -27,16 +26,16 @@ def condition(text: str, robot: Robot) -> Expr:
     return expr
 
 
-def _parsed(text: str) -> ExprNode:
+def _parsed(text: str) -> nodes.ExprNode:
     if not text.strip():
         raise InvalidLine("a condition is missing, such as Motor.moving and Sensor.value = free")
-    tree, diagnostics = parse(Source("condition", _BEFORE + text + "\n}"))
+    tree, diagnostics = parser.parse(Source("condition", _BEFORE + text + "\n}"))
     errors = [d for d in diagnostics if d.severity is Severity.ERROR]
     if errors:
         column = max(1, min(errors[0].span.start - len(_BEFORE), len(text)) + 1)
         raise InvalidLine(f"'{text}' is not a condition: {_in_words(errors[0])} at column {column}")
     found = tree.declarations if tree is not None else ()
-    if len(found) != 1 or not isinstance(found[0], RequirementNode):
+    if len(found) != 1 or not isinstance(found[0], nodes.RequirementNode):
         raise InvalidLine(f"'{text}' is not a condition")
     return found[0].condition
 

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
 from robosc.errors import listing
-from robosc.expr.traversal import walk
-from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
-from robosc.plant.automaton import Event
-from robosc.plant.model_text import to_dsl
-from robosc.runtime.places import place_of
-from robosc.runtime.values import jsonable
+from robosc.expr import traversal, tree
+from robosc.plant import automaton, model_text
+from robosc.runtime import places, values
 from robosc.simulate.faults import Failed, InvalidLine
 from robosc.simulate.machines.machine import (
     EVENT_NAME,
@@ -29,7 +26,7 @@ from robosc.simulate.machines.machine import (
 )
 from robosc.simulate.script.conditions import condition
 from robosc.simulate.values.event_data import complete
-from robosc.simulate.values.literals import literal_text, parse_raw, path_in
+from robosc.simulate.values.literals import by_path, literal_text, parse_raw, path_in
 
 _SENT = re.compile(rf"({EVENT_NAME})(?:\s*\*\s*(\d{{1,6}}))?", re.ASCII)
 
@@ -75,21 +72,21 @@ def expect(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
             raise Failed(f"{text} does not hold: {_instead(wanted, machine)}")
 
 
-def _instead(wanted: Expr, machine: Machine) -> str:
+def _instead(wanted: tree.Expr, machine: Machine) -> str:
     """What everything is that the condition reads."""
     state = machine.state
     found: dict[str, None] = {}
-    for part in walk(wanted):
+    for part in traversal.walk(wanted):
         match part:
-            case StateRef(component=component):
-                found[f"{component} is in {place_of(state.components[component])}"] = None
-            case VariableRef(component=component, variable=name):
+            case tree.StateRef(component=component):
+                found[f"{component} is in {places.place_of(state.components[component])}"] = None
+            case tree.VariableRef(component=component, variable=name):
                 value = literal_text(state.variables[f"{component}.{name}"])
                 found[f"{component}.{name} is {value}"] = None
-            case PhaseRef(communication=key):
+            case tree.PhaseRef(communication=key):
                 name = machine.plant.robot.display_names[key]
                 found[f"{name} is {state.phases[key]}"] = None
-    return listing(list(found)) or f"it is {to_dsl(wanted, machine.plant.robot)}"
+    return listing(list(found)) or f"it is {model_text.to_dsl(wanted, machine.plant.robot)}"
 
 
 def _blocked(text: str, latest: Sequence[Happening]) -> None:
@@ -134,7 +131,7 @@ def _enabled(text: str, machine: Machine, wanted: bool) -> None:
         raise Failed(f"{text} {'cannot' if wanted else 'can'} happen now")
 
 
-def _any_event(text: str, machine: Machine) -> Event:
+def _any_event(text: str, machine: Machine) -> automaton.Event:
     """One event by name, in whatever machine: a bare name is the request, or the only event."""
     plain = text.replace("^", "")
     named = [e for e in machine.plant.events if is_name(e, plain)] or find_events(machine, text)
@@ -178,10 +175,10 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
         raise InvalidLine("write what is sent: expect data move linear.x: 0.4")
     if not sent:
         raise Failed(f"{label(event)} was not sent")
-    data: Any = jsonable(sent[-1].value)
+    data: Any = values.jsonable(sent[-1].value)
     if not isinstance(data, dict):
         data = {} if data is None else {"": data}
-    names = list(_leaves(data))
+    names = list(by_path(data))
     if not isinstance(wanted, dict):
         if len(names) != 1:
             raise InvalidLine(f"write which part: {', '.join(names) or 'it has none'}")
@@ -195,17 +192,8 @@ def _data(text: str, machine: Machine, latest: Sequence[Happening]) -> None:
         except (LookupError, TypeError):
             there = ", ".join(names) or "defaults alone"
             raise Failed(f"{path} was not sent; sent were {there}") from None
-        if not _same(found, jsonable(value)):
+        if not _same(found, values.jsonable(value)):
             raise Failed(f"{path} was {literal_text(found)}, not {literal_text(value)}")
-
-
-def _leaves(data: Mapping[str, Any], before: str = "") -> Iterator[str]:
-    """The paths of nested fields, down to what is no object: ``linear.x``."""
-    for name, value in data.items():
-        if isinstance(value, dict):
-            yield from _leaves(value, f"{before}{name}.")
-        else:
-            yield before + name
 
 
 def _same(left: Any, right: Any) -> bool:

@@ -10,9 +10,7 @@ from typing import Any, TextIO
 
 from robosc.runtime.telemetry import dump
 from robosc.simulate.faults import Failed, LineFault
-from robosc.simulate.script.documents import answer, done_document, fault_document
-from robosc.simulate.script.junit import Case
-from robosc.simulate.script.render import Style, fitted, happenings_text, session_text
+from robosc.simulate.script import documents, junit, render
 from robosc.simulate.script.session import Done, Session, code_of
 
 
@@ -21,7 +19,7 @@ class Followed:
     """What came of a script: the exit code, and each line that had to come true."""
 
     exit_code: int
-    cases: tuple[Case, ...]
+    cases: tuple[junit.Case, ...]
 
 
 def follow_script(
@@ -34,7 +32,7 @@ def follow_script(
     lines ask for is written (``show``, ``why``), and how many expectations were met.
     """
     codes = {0}
-    cases: list[Case] = []
+    cases: list[junit.Case] = []
     if json:
         _begin(session, out)
     for number, line in enumerate(lines, 1):
@@ -42,20 +40,20 @@ def follow_script(
             done = session.do(line, numbers=False)
         except LineFault as fault:
             codes.add(code_of(fault))
-            cases.append(case := Case(number, line, fault))
+            cases.append(case := junit.Case(number, line, fault))
             if json:
-                _write(out, fault_document(number, fault))
+                _write(out, documents.fault_document(number, fault))
             print(f"{name}:{number}: {fault.kind}: {fault}", file=messages)
             if isinstance(fault, Failed) and case.is_expectation:
                 continue
             break
-        case = Case(number, line)
+        case = junit.Case(number, line)
         if case.is_expectation:
             cases.append(case)
         if json:
-            _write(out, done_document(session, number, done))
+            _write(out, documents.done_document(session, number, done))
         else:
-            out.write(done_text(session, done, Style(), quiet=True))
+            out.write(done_text(session, done, render.Style(), quiet=True))
         if done.quit:
             break
     expectations = [case for case in cases if case.is_expectation]
@@ -76,7 +74,7 @@ def follow_documents(session: Session, lines: Iterable[str], out: TextIO) -> int
     for number, line in enumerate(lines, 1):
         if not line.strip():
             continue
-        document, result = answer(session, number, line)
+        document, result = documents.answer(session, number, line)
         _write(out, document)
         if isinstance(result, Failed):
             code = 1
@@ -89,11 +87,11 @@ def follow_typing(
     session: Session,
     next_line: Callable[[], str | None],
     out: TextIO,
-    style: Style,
+    style: render.Style,
 ) -> int:
     """Do what is typed until the end of input. Faults are reported; the exit code is 0."""
     text = "an event by its number or name; help lists all that can be typed\n"
-    text += happenings_text(session.latest, style) + session_text(session, style)
+    text += render.happenings_text(session.latest, style) + render.session_text(session, style)
     while True:
         _show(out, text)
         line = next_line()
@@ -119,23 +117,23 @@ def _show(out: TextIO, text: str) -> None:
     """Write as wide as the terminal is at the moment; elsewhere lines are left whole."""
     if out.isatty():
         with suppress(OSError):
-            text = fitted(text, os.get_terminal_size(out.fileno()).columns or 80)
+            text = render.fitted(text, os.get_terminal_size(out.fileno()).columns or 80)
     out.write(text)
     out.flush()
 
 
-def done_text(session: Session, done: Done, style: Style, quiet: bool = False) -> str:
+def done_text(session: Session, done: Done, style: render.Style, quiet: bool = False) -> str:
     """What to write about a line that was done; quietly, only what it asked for."""
-    text = "" if quiet else happenings_text(done.happenings, style)
+    text = "" if quiet else render.happenings_text(done.happenings, style)
     if done.text and not (quiet and done.changed):
         text += f"{done.text}\n"
     if done.show or (done.changed and not quiet):
-        text += session_text(session, style)
+        text += render.session_text(session, style)
     return text
 
 
 def _begin(session: Session, out: TextIO) -> None:
-    _write(out, done_document(session, 0, Done(session.latest)))
+    _write(out, documents.done_document(session, 0, Done(session.latest)))
 
 
 def _write(out: TextIO, document: dict[str, Any]) -> None:

@@ -5,41 +5,28 @@ from __future__ import annotations
 import io
 import random
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from robosc import limits
-from robosc.errors import UsageError, counted, listing
+from robosc import errors, limits
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.model.automata import RESTING
 from robosc.plant.automaton import Event
 from robosc.runtime.places import places
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
-from robosc.simulate.machines.machine import (
-    Choice,
-    CommandState,
-    Happening,
-    Machine,
-    event_and_value,
-    find_events,
-    is_name,
-    label,
-    typed_text,
-    without_timeouts,
-)
+from robosc.simulate.machines import machine
+from robosc.simulate.script import expectations, trace_steps
 from robosc.simulate.script.conditions import condition
-from robosc.simulate.script.expectations import expect
-from robosc.simulate.script.trace_steps import fired_by
 from robosc.simulate.values.event_data import Given, complete
 from robosc.simulate.values.literals import Raw, literal_text, parse_raw
 from robosc.syntax.parser import read_bytes
 from robosc.synthesis.formatting import event_text
 
-MakeMachine = Callable[..., Machine]
+MakeMachine = Callable[..., machine.Machine]
 """A machine in its initial state, with these parameters, and perhaps values of persistent
 variables, by name."""
 
@@ -92,7 +79,7 @@ class _Repeated:
 class Done:
     """What a line did: what happened, in order, and what there is to say or to show."""
 
-    happenings: tuple[Happening, ...] = ()
+    happenings: tuple[machine.Happening, ...] = ()
     text: str = ""
     changed: bool = False
     show: bool = False
@@ -110,7 +97,7 @@ class Session:
         self.machine = make(self._parameters, self._starts)
         self.history: list[str] = []
         """What was done, as lines that do it again; one for each step of the machine."""
-        self.latest: tuple[Happening, ...] = tuple(self.machine.beginning)
+        self.latest: tuple[machine.Happening, ...] = tuple(self.machine.beginning)
         """What happened in the last line that did anything."""
         self._playing = 0
         self._repeated: dict[str, _Repeated] = {}
@@ -141,30 +128,34 @@ class Session:
         try:
             return self._by_name(text)
         except InvalidLine:
-            step = fired_by(self.machine, text)
+            step = trace_steps.fired_by(self.machine, text)
             if step is None:
                 raise
         return self._did(self._fire(*step))
 
     def fire(self, event: Event, raw: Raw) -> Done:
         """Let an event happen with a value as it is written or came as JSON."""
-        given = complete(self.machine.plant.robot, event, raw, label(event))
+        given = complete(self.machine.plant.robot, event, raw, machine.label(event))
         return self._did(self._fire(event, given))
 
-    def menu(self) -> list[Choice]:
+    def menu(self) -> list[machine.Choice]:
         """What can be fired by number, from 1: what the robot does before what is commanded."""
         return sorted(self.machine.choices(), key=lambda choice: choice.event.controllable)
 
     def event(self, text: str) -> Event:
         """The one event that a name means now. Raises LineFault."""
-        found = find_events(self.machine, text)
+        found = machine.find_events(self.machine, text)
         if len(found) > 1:
             able = [e for e in found if self.machine.can(e, None)]
             if not able:
-                raise Refused(f"{listing([label(e) for e in found], 'or')} cannot happen now")
-            found = without_timeouts(able)
+                raise Refused(
+                    f"{errors.listing([machine.label(e) for e in found], 'or')} cannot happen now"
+                )
+            found = machine.without_timeouts(able)
         if len(found) > 1:
-            raise InvalidLine(f"'{text}' can mean {listing([label(e) for e in found], 'or')}")
+            raise InvalidLine(
+                f"'{text}' can mean {errors.listing([machine.label(e) for e in found], 'or')}"
+            )
         return found[0]
 
     # --- events ----------------------------------------------------------------------------------
@@ -180,7 +171,7 @@ class Session:
         return self._did(self._fire(choice.event, choice.given))
 
     def _by_name(self, text: str) -> Done:
-        written = event_and_value(text)
+        written = machine.event_and_value(text)
         if written is None:
             raise InvalidLine(f"cannot read '{text}' (help shows what can be written)")
         name, value = written
@@ -193,13 +184,13 @@ class Session:
             raise
         return self.fire(event, parse_raw(value))
 
-    def _fire(self, event: Event, given: Given) -> list[Happening]:
+    def _fire(self, event: Event, given: Given) -> list[machine.Happening]:
         happenings = self.machine.fire(event, given)
-        self.history.append(typed_text(event, given))
+        self.history.append(machine.typed_text(event, given))
         return happenings
 
-    def _wait_for(self, seconds: float) -> list[Happening]:
-        happenings: list[Happening] = []
+    def _wait_for(self, seconds: float) -> list[machine.Happening]:
+        happenings: list[machine.Happening] = []
         left, repeated = seconds, self._repeated
         while repeated and (due := min(one.due for one in repeated.values())) <= left:
             happenings += self._pass(due)
@@ -214,12 +205,12 @@ class Session:
             one.due = round(one.due - left, _DIGITS)
         return happenings
 
-    def _pass(self, seconds: float) -> list[Happening]:
+    def _pass(self, seconds: float) -> list[machine.Happening]:
         happenings = self.machine.wait(seconds)
         self.history.append(f"wait {Decimal(repr(seconds)):f}")  # never 1e-05
         return happenings
 
-    def _did(self, happenings: Iterable[Happening], text: str = "") -> Done:
+    def _did(self, happenings: Iterable[machine.Happening], text: str = "") -> Done:
         self.latest = tuple(happenings)
         return Done(self.latest, text, changed=True)
 
@@ -245,12 +236,12 @@ class Session:
         period = _number(match[1].removesuffix("s"), example)
         if not period:
             raise InvalidLine("what happens all the time leaves no time: write more than 0 s")
-        written = event_and_value(match[2])
+        written = machine.event_and_value(match[2])
         if written is None:
             raise InvalidLine(f"cannot read '{match[2]}': {example}")
         name, value = written
         event = self.event(name)
-        given = complete(self.machine.plant.robot, event, parse_raw(value), label(event))
+        given = complete(self.machine.plant.robot, event, parse_raw(value), machine.label(event))
         if self.machine.time is None:
             raise InvalidLine("time does not matter for single events: every needs --execute")
         happenings = self._fire(event, given)
@@ -262,7 +253,7 @@ class Session:
         path = self.machine.path(wanted)
         if path is None:
             raise Refused(f"no path leads from here to where {rest} holds")
-        happenings: list[Happening] = []
+        happenings: list[machine.Happening] = []
         for event, given in path:
             happenings += self._fire(event, given)
         return self._did(happenings, "" if path else "it holds already")
@@ -275,12 +266,12 @@ class Session:
         if count > limits.STEPS_IN_ONE_GO:
             raise InvalidLine(f"at most {limits.STEPS_IN_ONE_GO} steps in one go")
         rng = random.Random(seed)
-        happenings: list[Happening] = []
+        happenings: list[machine.Happening] = []
         for taken in range(count):
             step = self.machine.draw(rng)
             if step is None:
                 return self._did(
-                    happenings, f"after {counted(taken, 'step')} nothing can happen any more"
+                    happenings, f"after {errors.counted(taken, 'step')} nothing can happen any more"
                 )
             happenings += self._wait_for(step) if isinstance(step, float) else self._fire(*step)
         return self._did(happenings, f"seed {seed}")
@@ -326,28 +317,32 @@ class Session:
         self._repeated.clear()
 
     def _expect(self, rest: str) -> Done:
-        expect(rest, self.machine, self.latest)
+        expectations.expect(rest, self.machine, self.latest)
         return Done()
 
     def _why(self, rest: str) -> Done:
         commands = self.machine.commands()
-        found = [c for c in commands if is_name(c.event, rest)]
+        found = [c for c in commands if machine.is_name(c.event, rest)]
         if not found:
-            names = [label(c.event) for c in commands]
+            names = [machine.label(c.event) for c in commands]
             near = get_close_matches(rest, names, 1)
-            hint = f"did you mean '{near[0]}'?" if near else f"there are {listing(names)}"
+            hint = f"did you mean '{near[0]}'?" if near else f"there are {errors.listing(names)}"
             raise InvalidLine(f"there is no command '{rest}'; {hint}")
-        one = len(found) == 1
-        return Done(text="\n".join(self._about(command, one) for command in found))
+        return Done(text=self.about(found))
 
-    def _about(self, command: CommandState, one: bool) -> str:
+    def about(self, commands: Sequence[machine.CommandState]) -> str:
+        """Text about commands: why each is enabled or not, its guard, and its requirements."""
+        one = len(commands) == 1
+        return "\n".join(self._about(command, one) for command in commands)
+
+    def _about(self, command: machine.CommandState, one: bool) -> str:
         """Text about a command; ``one``: it stands for all its data, which its plant may divide."""
         event = command.event
         supervisor = self.machine.supervisor
         robot = supervisor.plant.robot
-        waits_for = listing(command.waits_for)
+        waits_for = errors.listing(command.waits_for)
         enabled = f"enabled, but {waits_for} is preferred and sent" if waits_for else "enabled"
-        title = label(event) if one else event_text(event)
+        title = machine.label(event) if one else event_text(event)
         lines = [title, *(f"  now: {reason}" for reason in command.reasons or [enabled])]
         alike = (event.key, event.kind)
         guards = [
@@ -404,7 +399,7 @@ class Session:
             Path(rest).expanduser().write_text(self.script(), encoding="utf-8")
         except (OSError, ValueError, RuntimeError) as error:
             raise InvalidLine(f"cannot write {rest}: {_reason(error)}") from None
-        return Done(text=f"{rest} has {counted(len(self.history), 'step')}")
+        return Done(text=f"{rest} has {errors.counted(len(self.history), 'step')}")
 
     def _play(self, rest: str) -> Done:
         if not rest:
@@ -413,7 +408,7 @@ class Session:
             raise InvalidLine(
                 f"scripts play scripts more than {limits.SCRIPTS_IN_SCRIPTS} levels deep"
             )
-        happenings: list[Happening] = []
+        happenings: list[machine.Happening] = []
         self._playing += 1
         try:
             for number, line in enumerate(read_lines(rest), 1):
@@ -436,7 +431,7 @@ def read_lines(path: str) -> list[str]:
         text = read_bytes(str(Path(path).expanduser()), "script").decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InvalidLine(f"{path} is not UTF-8 text") from None
-    except (UsageError, RuntimeError) as error:
+    except (errors.UsageError, RuntimeError) as error:
         raise InvalidLine(str(error)) from None
     # Unlike str.splitlines: strings may hold other separators of lines.
     return [line.rstrip("\r\n") for line in io.StringIO(text, newline="\n")]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from robosc.plant.automaton import Event, EventParameter, Plant
-from robosc.plant.step import Values, is_consistent, missing_together
+from robosc.plant import automaton, step
 from robosc.simulate.faults import Refused
 from robosc.simulate.machines.machine import Machine, label
 from robosc.simulate.values.drawn_values import completed
@@ -13,7 +12,7 @@ from robosc.simulate.values.event_data import Given, by_path
 from robosc.synthesis.formatting import event_text, part_text
 
 
-def fired_by(machine: Machine, text: str) -> tuple[Event, Given] | None:
+def fired_by(machine: Machine, text: str) -> tuple[automaton.Event, Given] | None:
     """What a step of a trace lets happen; None if this is none, or time passes (``--execute``).
 
     A class gives the number or string that represents it, a test the outcome that is written.
@@ -36,18 +35,18 @@ def fired_by(machine: Machine, text: str) -> tuple[Event, Given] | None:
     return event, completed(machine.plant.robot, event, by_path(event, values), label(event))
 
 
-def step_written(plant: Plant, text: str) -> tuple[Event, Values] | None:
+def step_written(plant: automaton.Plant, text: str) -> tuple[automaton.Event, step.Values] | None:
     """The event with the values that read so in a trace; None if there is none."""
     for event in plant.events:
         head = f"{event_text(event)}("
         if event.parameters and text.startswith(head) and text.endswith(")"):
             for values in _values(event.parameters, text[len(head) : -1]):
-                if is_consistent(values, missing_together(event)):
+                if step.is_consistent(values, step.missing_together(event)):
                     return event, values
     return None
 
 
-def _values(parameters: Sequence[EventParameter], text: str) -> Iterator[Values]:
+def _values(parameters: Sequence[automaton.EventParameter], text: str) -> Iterator[step.Values]:
     """All readings of a text as values of parameters, in order, with commas between."""
     first, *rest = parameters
     for value in first.values:

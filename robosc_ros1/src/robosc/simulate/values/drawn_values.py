@@ -5,17 +5,8 @@ from __future__ import annotations
 import random
 from typing import cast
 
+from robosc.expr import types
 from robosc.expr.traversal import path_text
-from robosc.expr.types import (
-    ArrayType,
-    BooleanType,
-    DoubleType,
-    EnumType,
-    IntegerType,
-    NoneType,
-    ObjectType,
-    Type,
-)
 from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import is_optional, value_type
@@ -28,9 +19,9 @@ from robosc.simulate.values.typed_values import within_whole
 def random_raw(robot: Robot, event: Event, rng: random.Random) -> Raw:
     """Some value that the event can carry."""
     type_ = value_type(robot, event)
-    if isinstance(type_, NoneType) or (is_optional(robot, event) and rng.random() < 0.5):
+    if isinstance(type_, types.NoneType) or (is_optional(robot, event) and rng.random() < 0.5):
         return None
-    if not isinstance(type_, ObjectType):
+    if not isinstance(type_, types.ObjectType):
         return _random(type_, rng)
     return {path_text(path): _random(part, rng) for path, part in outer_parts(robot, event).items()}
 
@@ -61,18 +52,18 @@ def completed(
         return decided  # what only tests read is not needed
 
 
-def _random(type_: Type, rng: random.Random) -> Raw:
+def _random(type_: types.Type, rng: random.Random) -> Raw:
     match type_:
-        case ArrayType(element=element):
+        case types.ArrayType(element=element):
             return [_random(within_whole(element), rng) for _ in range(rng.randint(0, 5))]
-        case ObjectType(properties=properties):
+        case types.ObjectType(properties=properties):
             return {name: _random(within_whole(inner), rng) for name, inner in properties}
-        case BooleanType():
+        case types.BooleanType():
             return rng.random() < 0.5
-        case IntegerType(bounds=bounds):
+        case types.IntegerType(bounds=bounds):
             return rng.randint(*(bounds or (-100, 100)))
-        case DoubleType():
+        case types.DoubleType():
             return round(rng.uniform(-100.0, 100.0), 2)
-        case EnumType(values=values):
+        case types.EnumType(values=values):
             return rng.choice(values)
     return rng.choice(("a", "b"))

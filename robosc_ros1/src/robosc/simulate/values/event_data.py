@@ -14,19 +14,8 @@ from types import SimpleNamespace
 from typing import Any, TypeAlias
 
 from robosc.errors import listing
-from robosc.expr.evaluation import converted, part_of_value
+from robosc.expr import evaluation, tree, types
 from robosc.expr.traversal import path_text
-from robosc.expr.tree import REASON
-from robosc.expr.types import (
-    ArrayType,
-    BooleanType,
-    EnumType,
-    IntegerType,
-    NoneType,
-    ObjectType,
-    Type,
-    Value,
-)
 from robosc.model.entities import Robot
 from robosc.model.typing.compatibility import describe
 from robosc.plant.automaton import Event
@@ -38,10 +27,10 @@ from robosc.simulate.faults import InvalidLine
 from robosc.simulate.values.literals import Path, Raw, literal_text
 from robosc.simulate.values.typed_values import assembled, default_part, raw_parts, typed_value
 
-Given: TypeAlias = Mapping[Path, Value | None]
+Given: TypeAlias = Mapping[Path, types.Value | None]
 
 
-def by_path(event: Event, values: Values) -> dict[Path, Value | None]:
+def by_path(event: Event, values: Values) -> dict[Path, types.Value | None]:
     """Values of the event's parameters by their paths."""
     return {p.path: value for p, value in zip(event.parameters, values, strict=True)}
 
@@ -68,20 +57,20 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
     """
     tests = {}
     if isinstance(raw, dict):
-        fails = any(p.path == REASON for p in event.parameters)
+        fails = any(p.path == tree.REASON for p in event.parameters)
         tests = {n: part for n, part in raw.items() if n[:1] == '"' or (fails and n == _REASON)}
     if tests and isinstance(raw, dict):
         others = {name: part for name, part in raw.items() if name not in tests}
         left = others.get("", others or None)
         return {**complete(robot, event, left, label), **dict(_chosen(event, tests, label))}
     type_ = value_type(robot, event)
-    if isinstance(type_, NoneType):
+    if isinstance(type_, types.NoneType):
         if raw is not None:
             raise InvalidLine(f"{label} carries no value")
         return {}
     if is_optional(robot, event) and _has_nothing(raw):
         return dict.fromkeys(value_parts(robot, event))
-    if not isinstance(type_, ObjectType):
+    if not isinstance(type_, types.ObjectType):
         if raw is None:
             if event.parameters:
                 raise InvalidLine(f"{label} needs a value: {hint(robot, event)}")
@@ -92,7 +81,7 @@ def complete(robot: Robot, event: Event, raw: Raw, label: str) -> Given:
 
 def _chosen(
     event: Event, tests: Mapping[str, Raw], label: str
-) -> Iterator[tuple[Path, Value | None]]:
+) -> Iterator[tuple[Path, types.Value | None]]:
     """The outcomes of tests, by the paths that the plant gives them."""
     known = {_test_text(p.path): p for p in event.parameters if p.test or is_test(p.path)}
     for name, raw in tests.items():
@@ -114,14 +103,16 @@ _REASON = "reason"
 
 
 def _test_text(path: Path) -> str:
-    return _REASON if path == REASON else literal_text(str(path[0]), quoted=True)
+    return _REASON if path == tree.REASON else literal_text(str(path[0]), quoted=True)
 
 
 def _has_nothing(raw: Raw) -> bool:
     return raw is None or (isinstance(raw, dict) and all(part is None for part in raw.values()))
 
 
-def _complete_object(robot: Robot, event: Event, type_: ObjectType, raw: Raw, label: str) -> Given:
+def _complete_object(
+    robot: Robot, event: Event, type_: types.ObjectType, raw: Raw, label: str
+) -> Given:
     if raw is not None and not isinstance(raw, dict):
         raise InvalidLine(f"{label} carries {describe(type_)}: write its parts, x: 0.4, y: 2")
     fields = raw_parts(raw or {}, type_, label)
@@ -132,7 +123,7 @@ def _complete_object(robot: Robot, event: Event, type_: ObjectType, raw: Raw, la
                 f"{path_text(path)} of {label} is not what {path_text(whole)} has there"
             )
     needed = {parameter.path for parameter in event.parameters}
-    given: dict[Path, Value | None] = {}
+    given: dict[Path, types.Value | None] = {}
     for path, part in value_parts(robot, event).items():
         name = f"{path_text(path)} of {label}"
         written = _written(fields, path)
@@ -140,7 +131,7 @@ def _complete_object(robot: Robot, event: Event, type_: ObjectType, raw: Raw, la
             given[path] = typed_value(part, written, name)
         elif _is_element(path) and not any(p[: len(path)] == path != p for p in fields):
             given[path] = None
-        elif isinstance(part, ArrayType | ObjectType) and path not in fields:
+        elif isinstance(part, types.ArrayType | types.ObjectType) and path not in fields:
             given[path] = assembled(part, path, fields, name)
         elif path in needed:
             raise InvalidLine(f"{name} needs a value: {_choices(part)}")
@@ -157,8 +148,8 @@ def _complete_object(robot: Robot, event: Event, type_: ObjectType, raw: Raw, la
 
 
 def _passed_on(
-    type_: ObjectType, fields: Mapping[Path, Raw], given: Given, label: str
-) -> Iterator[tuple[Path, Value]]:
+    type_: types.ObjectType, fields: Mapping[Path, Raw], given: Given, label: str
+) -> Iterator[tuple[Path, types.Value]]:
     """The parts of what another controller sends that nothing reads: they are sent as they are."""
     for path, raw in fields.items():
         part = type_of_part(type_, path)
@@ -186,9 +177,11 @@ def _written(fields: Mapping[Path, Raw], path: Path) -> Raw:
     return raw
 
 
-def outer_parts(robot: Robot, event: Event, decided: Collection[Path] = ()) -> dict[Path, Type]:
+def outer_parts(
+    robot: Robot, event: Event, decided: Collection[Path] = ()
+) -> dict[Path, types.Type]:
     """The parts that are read and hold none that are decided, but what lies within another one."""
-    outer: dict[Path, Type] = {}
+    outer: dict[Path, types.Type] = {}
     for path, part in sorted(value_parts(robot, event).items(), key=lambda item: len(item[0])):
         within = any(path[: len(other)] == other for other in outer)
         if not within and not any(path == other[: len(path)] for other in decided):
@@ -201,13 +194,13 @@ def outer_parts(robot: Robot, event: Event, decided: Collection[Path] = ()) -> d
 
 def hint(robot: Robot, event: Event) -> str:
     """What may be written as the event's value; empty if it carries none."""
-    reason = next((p.type for p in event.parameters if p.path == REASON), None)
+    reason = next((p.type for p in event.parameters if p.path == tree.REASON), None)
     also = "" if reason is None else f"{_REASON}: {_words(reason)}"
     type_ = value_type(robot, event)
-    if isinstance(type_, NoneType):
+    if isinstance(type_, types.NoneType):
         return also
     choices = _choices(type_)
-    if isinstance(type_, ObjectType):
+    if isinstance(type_, types.ObjectType):
         choices = ", ".join(
             f"{path_text(path)}: {_choices(part)}" if path else _choices(part)
             for path, part in outer_parts(robot, event).items()
@@ -216,17 +209,17 @@ def hint(robot: Robot, event: Event) -> str:
     return f"{choices}; {also}" if also else choices
 
 
-def _words(type_: Type) -> str:
-    return listing(type_.values, "or") if isinstance(type_, EnumType) else str(type_)
+def _words(type_: types.Type) -> str:
+    return listing(type_.values, "or") if isinstance(type_, types.EnumType) else str(type_)
 
 
-def _choices(type_: Type) -> str:
+def _choices(type_: types.Type) -> str:
     match type_:
-        case BooleanType():
+        case types.BooleanType():
             return "true or false"
-        case IntegerType(bounds=(low, high)):
+        case types.IntegerType(bounds=(low, high)):
             return f"{low}..{high}"
-        case EnumType(values=values, source=source):
+        case types.EnumType(values=values, source=source):
             return f"{listing(values, 'or')} ({source})"
     return str(type_)
 
@@ -247,7 +240,7 @@ def _is_object(value: Any) -> bool:
     return isinstance(value, SimpleNamespace)
 
 
-def _leaves(path: Path, value: Value | None) -> Iterator[tuple[Path, Value | None]]:
+def _leaves(path: Path, value: types.Value | None) -> Iterator[tuple[Path, types.Value | None]]:
     """The members of an object, down to those that are none."""
     if not _is_object(value):
         yield path, value
@@ -256,7 +249,7 @@ def _leaves(path: Path, value: Value | None) -> Iterator[tuple[Path, Value | Non
         yield from _leaves((*path, name), inner)
 
 
-def part_given(given: Given, path: Path, type_: Type) -> Value | None:
+def part_given(given: Given, path: Path, type_: types.Type) -> types.Value | None:
     """A part that came by itself, or with a whole; None if it is not there."""
     if path in given:
         return given[path]
@@ -264,10 +257,10 @@ def part_given(given: Given, path: Path, type_: Type) -> Value | None:
         whole = given.get(path[:length])
         if whole is not None:
             try:
-                part = part_of_value(whole, path[length:])
+                part = evaluation.part_of_value(whole, path[length:])
             except Undefined:
                 return None
-            return converted(type_, part) if isinstance(type_, EnumType) else part
+            return evaluation.converted(type_, part) if isinstance(type_, types.EnumType) else part
         if path[:length] in given:
             return None
     return None
@@ -279,5 +272,5 @@ def given_json(given: Given) -> Any:
         return None
     if () in given and not _is_object(given[()]):
         return jsonable(given[()])
-    names = ((_REASON if path == REASON else path_text(path), v) for path, v in given.items())
+    names = ((_REASON if path == tree.REASON else path_text(path), v) for path, v in given.items())
     return {name: jsonable(value) for name, value in names}

@@ -6,15 +6,14 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robosc.expr.traversal import path_text, walk
-from robosc.expr.tree import VariableRef
+from robosc.expr import traversal, tree
 from robosc.plant.automaton import Event, EventParameter, Plant, StateVariable
 from robosc.runtime.values import jsonable
 
 
 def value_with_classes(event: Event, value: Any) -> str:
     """The value of an input, or its parts by path, each with its class."""
-    labels = {path_text(p.path): p for p in event.parameters if p.labels is not None}
+    labels = {traversal.path_text(p.path): p for p in event.parameters if p.labels is not None}
 
     def with_class(path: str, part: Any) -> str:
         text = _text(part)
@@ -32,8 +31,8 @@ def data_behind(plant: Plant, event: Event, variables: Mapping[str, Any]) -> Ite
     read = dict.fromkeys(
         f"{part.component}.{part.variable}"
         for index in event.requirements
-        for part in walk(robot.requirements[index].condition)
-        if isinstance(part, VariableRef)
+        for part in traversal.walk(robot.requirements[index].condition)
+        if isinstance(part, tree.VariableRef)
     )
     for variable in plant.variables:
         if variable.name in read and variable.labels is not None and variable.test is None:

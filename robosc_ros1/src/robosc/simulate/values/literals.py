@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
-from robosc import limits
+from robosc import limits, source
 from robosc.expr.types import Value
 from robosc.language.tokens import (
     ESCAPES,
@@ -24,7 +24,6 @@ from robosc.language.tokens import (
 )
 from robosc.runtime.values import jsonable
 from robosc.simulate.faults import InvalidLine
-from robosc.source import Source
 
 Path: TypeAlias = tuple[str | int, ...]
 Raw: TypeAlias = Any
@@ -40,14 +39,14 @@ _LONGEST_INDEX = 6
 
 def parse_raw(text: str) -> Raw:
     """``0.4``, ``free``, ``"text"``; ``x: 1, kind = free`` for an object. Raises InvalidLine."""
-    tokens = tokenize(Source("value", text))
+    tokens = tokenize(source.Source("value", text))
     if tokens.faults:
         raise _unread(text[tokens.faults[0] :])
     if not tokens:
         return None
     whole, at = _value_at(tokens, 0) or (None, 0)
     if at == len(tokens):
-        return _by_path(whole) if isinstance(whole, dict) else whole
+        return by_path(whole) if isinstance(whole, dict) else whole
     fields: dict[str, Raw] = {}
     if tokens.kinds[at : at + 2] == kind_of(",") + STRING:
         fields[""] = whole
@@ -57,7 +56,7 @@ def parse_raw(text: str) -> Raw:
     given, at = _fields_at(tokens, at)
     if at < len(tokens):
         raise _unread(text[tokens.offset(at) :])
-    return {**fields, **_by_path(given)}
+    return {**fields, **by_path(given)}
 
 
 def _fields_at(tokens: Tokens, at: int, depth: int = 0) -> tuple[dict[str, Raw], int]:
@@ -75,13 +74,13 @@ def _fields_at(tokens: Tokens, at: int, depth: int = 0) -> tuple[dict[str, Raw],
     return fields, at
 
 
-def _by_path(fields: Mapping[str, Raw]) -> dict[str, Raw]:
+def by_path(fields: Mapping[str, Raw]) -> dict[str, Raw]:
     """The parts of objects in objects by their paths, as if each were written by its own."""
     found: dict[str, Raw] = {}
     for name, value in fields.items():
         parts = {name: value}
         if isinstance(value, dict):
-            parts = {f"{name}.{path}": part for path, part in _by_path(value).items()}
+            parts = {f"{name}.{path}": part for path, part in by_path(value).items()}
         for path, part in parts.items():
             if path in found:
                 raise InvalidLine(f"'{path}' is given twice")
@@ -154,7 +153,7 @@ def _escape(match: re.Match[str]) -> str:
 
 def path_in(text: str) -> Path | None:
     """The path that a text such as ``pose.x`` or ``ranges[0]`` is; None if it is none."""
-    tokens = tokenize(Source("path", text))
+    tokens = tokenize(source.Source("path", text))
     if tokens.faults or not _PATH.fullmatch(tokens.kinds):
         return None
     steps = [(kind, step) for kind, step in zip(tokens.kinds, tokens.texts(), strict=True)]
@@ -187,6 +186,6 @@ def literal_text(value: Value | None, quoted: bool = False) -> str:
 
 def _is_name(text: str) -> bool:
     """Whether a text that is typed without quotes is read as this text."""
-    tokens = tokenize(Source("value", text))
+    tokens = tokenize(source.Source("value", text))
     whole = not tokens.faults and "".join(tokens.texts()) == text
     return whole and text not in _WORDS and "^" not in text and bool(_NAME.fullmatch(tokens.kinds))

@@ -6,8 +6,7 @@ import json
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from robosc.runtime.effects import attribute_names
-from robosc.runtime.model import Controller
+from robosc.runtime import effects, model
 
 
 class UnknownValue(Exception):
@@ -36,7 +35,7 @@ class ShortenedValue(str):
 
 
 def apply_effect(
-    controller: Controller, effect: dict[str, Any], restored: Callable[[str, str, Any], Any]
+    controller: model.Controller, effect: dict[str, Any], restored: Callable[[str, str, Any], Any]
 ) -> None:
     """Change a controller as an event did; ``restored`` returns a value of a group of
     these by name, as the controller has it.
@@ -44,7 +43,7 @@ def apply_effect(
     Raises:
         ValueError: the controller has no such thing, or it cannot have the value.
     """
-    attributes = {place: name for name, place in attribute_names(controller).items()}
+    attributes = {place: name for name, place in effects.attribute_names(controller).items()}
     short = effect.get("shortened", [])
     for group in ("components", "variables", "communications"):
         for name, told in effect.get(group, {}).items():

@@ -14,20 +14,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from robosc.errors import listing
-from robosc.expr.evaluation import converted
-from robosc.expr.traversal import walk
-from robosc.expr.tree import Literal, condition_of
-from robosc.expr.types import (
-    ArrayType,
-    BooleanType,
-    DoubleType,
-    EnumType,
-    IntegerType,
-    ObjectType,
-    StringType,
-    Type,
-    Value,
-)
+from robosc.expr import evaluation, traversal, tree, types
 from robosc.model.typing.compatibility import default_value, describe
 from robosc.plant.data.terms import type_of_part
 from robosc.simulate.faults import InvalidLine
@@ -36,30 +23,30 @@ from robosc.simulate.values.literals import Path, Raw, literal_text, path_in
 _NUMBERS = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
-def typed_value(type_: Type, raw: Raw, what: str) -> Value:
+def typed_value(type_: types.Type, raw: Raw, what: str) -> types.Value:
     """A raw value as one of the type; an enum converts what is none of its values.
 
     Raises:
         InvalidLine: it is none; the message calls it ``what``.
     """
     match type_:
-        case EnumType():
+        case types.EnumType():
             name = raw.removeprefix(f"{type_.name}.") if isinstance(raw, str) else None
             return str(name) if name in type_.values else _by_rules(type_, raw, what)
-        case BooleanType() if isinstance(raw, bool):
+        case types.BooleanType() if isinstance(raw, bool):
             return raw
-        case IntegerType() if isinstance(raw, int) and not isinstance(raw, bool):
+        case types.IntegerType() if isinstance(raw, int) and not isinstance(raw, bool):
             return raw
-        case DoubleType() if isinstance(raw, int | float) and not isinstance(raw, bool):
+        case types.DoubleType() if isinstance(raw, int | float) and not isinstance(raw, bool):
             return _double(raw, what)
-        case DoubleType() if isinstance(raw, str) and raw in _NUMBERS:
+        case types.DoubleType() if isinstance(raw, str) and raw in _NUMBERS:
             return _NUMBERS[raw]
-        case StringType() if isinstance(raw, str):
+        case types.StringType() if isinstance(raw, str):
             return raw
-        case ArrayType(element=element) if isinstance(raw, list | tuple):
+        case types.ArrayType(element=element) if isinstance(raw, list | tuple):
             items: Any = [_member(element, item, f"an element of {what}") for item in raw]
-            return cast(Value, items)
-        case ObjectType(properties=properties) if isinstance(raw, dict):
+            return cast(types.Value, items)
+        case types.ObjectType(properties=properties) if isinstance(raw, dict):
             for name in raw:
                 if type_.property(name) is None:
                     raise InvalidLine(f"{what} has no part '{name}'")
@@ -73,19 +60,19 @@ def typed_value(type_: Type, raw: Raw, what: str) -> Value:
     raise InvalidLine(f"{what} is {describe(type_)}, not {shown}")
 
 
-def assembled(type_: Type, path: Path, parts: Mapping[Path, Raw], what: str) -> Value:
+def assembled(type_: types.Type, path: Path, parts: Mapping[Path, Raw], what: str) -> types.Value:
     """A part as a whole, from what was written of its members; the others are as by default."""
     if path in parts:
         return _member(type_, parts[path], what)
-    if isinstance(type_, ArrayType):
+    if isinstance(type_, types.ArrayType):
         depth = len(path)
         given = [p[depth] for p, raw in parts.items() if p[:depth] == path and raw is not None]
         last = max((step for step in given if isinstance(step, int)), default=-1)
         elements: Any = [
             assembled(type_.element, (*path, i), parts, f"{what}[{i}]") for i in range(last + 1)
         ]
-        return cast(Value, elements)
-    if isinstance(type_, ObjectType):
+        return cast(types.Value, elements)
+    if isinstance(type_, types.ObjectType):
         return _object(
             {
                 name: assembled(inner, (*path, name), parts, f"{what}.{name}")
@@ -95,7 +82,7 @@ def assembled(type_: Type, path: Path, parts: Mapping[Path, Raw], what: str) -> 
     return _default(type_)
 
 
-def raw_parts(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw]:
+def raw_parts(raw: Mapping[str, Raw], type_: types.Type, label: str) -> dict[Path, Raw]:
     """Parts by path, each of which the type must have."""
     found: dict[Path, Raw] = {}
     for text, value in raw.items():
@@ -108,46 +95,50 @@ def raw_parts(raw: Mapping[str, Raw], type_: Type, label: str) -> dict[Path, Raw
     return found
 
 
-def default_part(type_: Type) -> Value:
+def default_part(type_: types.Type) -> types.Value:
     """What a part is that was not given; of an array, nothing came."""
-    return _default(type_) if isinstance(type_, ArrayType | ObjectType) else default_value(type_)
+    return (
+        _default(type_)
+        if isinstance(type_, types.ArrayType | types.ObjectType)
+        else default_value(type_)
+    )
 
 
-def within_whole(type_: Type) -> Type:
+def within_whole(type_: types.Type) -> types.Type:
     """The type of a member of an object or an array: an enum has not converted it yet."""
-    return within_whole(type_.source) if isinstance(type_, EnumType) else type_
+    return within_whole(type_.source) if isinstance(type_, types.EnumType) else type_
 
 
-def _object(parts: Mapping[str, Value]) -> Value:
-    return cast(Value, SimpleNamespace(**parts))
+def _object(parts: Mapping[str, types.Value]) -> types.Value:
+    return cast(types.Value, SimpleNamespace(**parts))
 
 
-def _default(type_: Type) -> Value:
+def _default(type_: types.Type) -> types.Value:
     match within_whole(type_):
-        case ArrayType():
-            return cast(Value, [])
-        case ObjectType(properties=properties):
+        case types.ArrayType():
+            return cast(types.Value, [])
+        case types.ObjectType(properties=properties):
             return _object({name: _default(inner) for name, inner in properties})
         case other:
             return default_value(other)
 
 
-def _member(type_: Type, raw: Raw, what: str) -> Value:
+def _member(type_: types.Type, raw: Raw, what: str) -> types.Value:
     """A value within an object or an array."""
-    if isinstance(type_, EnumType) and isinstance(raw, str):
+    if isinstance(type_, types.EnumType) and isinstance(raw, str):
         name = raw.removeprefix(f"{type_.name}.")
         if name in type_.values:
             return _source_of(type_, name, what)
     return typed_value(within_whole(type_), raw, what)
 
 
-def _source_of(enum: EnumType, name: str, what: str) -> Value:
+def _source_of(enum: types.EnumType, name: str, what: str) -> types.Value:
     """Some value that an enum converts to a value of its own."""
     constants = {
         part.value: None
         for rule in enum.rules
-        for part in walk(condition_of(rule))
-        if isinstance(part, Literal)
+        for part in traversal.walk(tree.condition_of(rule))
+        if isinstance(part, tree.Literal)
     }
     candidates: list[Any] = [False, True, "", *constants]
     numbers = sorted(c for c in constants if isinstance(c, int | float) and c == c)
@@ -161,21 +152,21 @@ def _source_of(enum: EnumType, name: str, what: str) -> Value:
             value = typed_value(source, candidate, what)
         except InvalidLine:
             continue
-        if converted(enum, value) == name:
+        if evaluation.converted(enum, value) == name:
             return value
     raise InvalidLine(f"write {what} as {describe(source)} from which {name} is converted")
 
 
-def _by_rules(enum: EnumType, raw: Raw, what: str) -> Value:
+def _by_rules(enum: types.EnumType, raw: Raw, what: str) -> types.Value:
     source = enum.source
-    if isinstance(source, ObjectType) and isinstance(raw, dict):
-        return converted(enum, assembled(source, (), raw_parts(raw, source, what), what))
+    if isinstance(source, types.ObjectType) and isinstance(raw, dict):
+        return evaluation.converted(enum, assembled(source, (), raw_parts(raw, source, what), what))
     try:
         value = _member(source, raw, what)
     except InvalidLine:
         names = listing(enum.values, "or")
         raise InvalidLine(f"{what} is {names}, or {describe(source)} to convert") from None
-    return converted(enum, value)
+    return evaluation.converted(enum, value)
 
 
 def _double(raw: int | float, what: str) -> float:

@@ -12,10 +12,9 @@ from operator import eq
 from robosc.errors import ModelError, has_errors
 from robosc.language.tokens import tokenize
 from robosc.source import Source
+from robosc.syntax import nodes, parser
 from robosc.syntax.formatting.formatter import WIDTH, Formatter
 from robosc.syntax.formatting.pretty_printing import print_doc
-from robosc.syntax.nodes import FileNode
-from robosc.syntax.parser import parse
 
 
 def format_text(source: Source) -> str:
@@ -24,13 +23,13 @@ def format_text(source: Source) -> str:
     Raises:
         ModelError: it has syntax errors.
     """
-    tree, diagnostics = parse(source)
+    tree, diagnostics = parser.parse(source)
     if tree is None or has_errors(diagnostics):
         raise ModelError(diagnostics)
     return format_tree(tree)
 
 
-def format_tree(tree: FileNode) -> str:
+def format_tree(tree: nodes.FileNode) -> str:
     """The model in canonical layout, given its tree, which was parsed without errors."""
     tokens = tokenize(tree.span.source)
     formatted = Source(tokens.source.path, print_doc(Formatter(tokens).file(tree), WIDTH))
@@ -39,5 +38,5 @@ def format_tree(tree: FileNode) -> str:
     again = tokenize(formatted)
     # Equal tokens are the cheap check and almost always hold; equal trees are what must hold.
     same = again.kinds == tokens.kinds and all(map(eq, again.texts(), tokens.texts()))
-    assert same or parse(formatted)[0] == tree, "formatting has changed the model"
+    assert same or parser.parse(formatted)[0] == tree, "formatting has changed the model"
     return formatted.text

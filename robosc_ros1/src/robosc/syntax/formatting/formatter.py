@@ -7,68 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from robosc.language.attributes import ATTRIBUTES
-from robosc.language.operators import BINARY
+from robosc.language import attributes, operators
 from robosc.language.tokens import Tokens
+from robosc.syntax import nodes
 from robosc.syntax.formatting.pretty_printing import Doc, Indent, Line
 from robosc.syntax.formatting.words import Words
-from robosc.syntax.nodes import (
-    Access,
-    ActionNode,
-    AfterNode,
-    AggregateNode,
-    ArrayNode,
-    AssignmentNode,
-    AssumeNode,
-    BehaviourNode,
-    BinaryNode,
-    CallNode,
-    ComponentNode,
-    ConditionNode,
-    ConstantNode,
-    DataNode,
-    DataObjectNode,
-    DurationNode,
-    EffectNode,
-    ElementNode,
-    ElseNode,
-    EnumNode,
-    EnumRuleNode,
-    ExceptNode,
-    ExprNode,
-    FileNode,
-    ForNode,
-    FunctionNode,
-    Group,
-    ImportNode,
-    InNode,
-    InterfaceNode,
-    MemberNode,
-    MessageNode,
-    Name,
-    ObjectNode,
-    ParameterNode,
-    PerformsNode,
-    PossibleNode,
-    PreferNode,
-    PropertyNode,
-    ProvideNode,
-    RateNode,
-    RequirementNode,
-    RequirementsNode,
-    ResultTransitionNode,
-    RetryNode,
-    ServedActionNode,
-    ServedServiceNode,
-    ServiceNode,
-    SliceNode,
-    StateNode,
-    StopNode,
-    TauNode,
-    TransformNode,
-    UnaryNode,
-    VariableNode,
-)
 
 WIDTH = 100
 """Columns of a line; longer ones are broken where the layout allows it."""
@@ -82,45 +25,51 @@ _EFFECT = ("? | do {assignments}", "? | goto {goto}")
 _CLAUSES = ("? | if {guard}", *_EFFECT)
 _STATE = ("?{initial} ", "?{marked} ", "state {name}", "? if {when}")
 _LAYOUTS: Mapping[type, tuple[str, ...]] = {
-    FileNode: ("{kind} {name} {declarations}",),
-    ComponentNode: (*_INDEXED, " {items}"),
-    ImportNode: (*_INDEXED, " | from {library} import {component}", "? | with {given}"),
-    ObjectNode: ("datatype object {name} {properties}",),
-    PropertyNode: ("{name}: {type}",),
-    EnumNode: ("datatype enum {name} from {source} to {rules}",),
-    EnumRuleNode: ("{condition} | -> {value}",),
-    InterfaceNode: ("interface {name} | use {type} | from {package}",),
-    MessageNode: ("{direction} message {name} with > {attributes}", "? links {links}"),
-    TransformNode: ("outgoing transform {name} with > {attributes}",),
-    ServedServiceNode: ("outgoing service {name} with > {attributes}", "? links {links}"),
-    ServedActionNode: ("outgoing action {name} with > {attributes}", "? links {links}"),
-    ServiceNode: ("service {name} with > {attributes}", "? links {links}"),
-    ActionNode: ("action {name} with > {attributes}", "? links {links}"),
-    ConstantNode: ("constant {name}: {type} = | {value}",),
-    ParameterNode: ("parameter {name}: {type}", "? = | {value}"),
-    FunctionNode: ("function {name}{parameters}: {type} = | {value}",),
-    ConditionNode: ("condition {name} = | {value}", "? | for {duration}"),
-    BehaviourNode: ("behaviour {items}",),
-    VariableNode: ("?{persistent} ", "variable {name}: {type}", "? | = {initial}"),
-    StateNode: (*_STATE, " {items}"),
-    ResultTransitionNode: ("on {events} from {communications}", *_CLAUSES),
-    AfterNode: ("after {duration}", *_CLAUSES),
-    TauNode: ("transition", *_CLAUSES),
-    RetryNode: ("retry", "? {times} times", "? | every {every}", "? | goto {goto}", "?{finally_}"),
-    EffectNode: (" | else", *_EFFECT),
-    AssignmentNode: ("{target} := {value}",),
-    PreferNode: ("prefer", "? {title}", " {preferred} | over {over}"),
-    RequirementsNode: ("requirement {title} {statements}",),
-    StopNode: ("stop with {communication}",),
-    ForNode: ("for {variable} in {indexes} {statements}",),
-    UnaryNode: ("-{operand}",),
-    DurationNode: ("{amount} {unit}",),
-    RateNode: ("{hertz} Hz",),
-    CallNode: ("{function}{arguments}",),
-    InNode: ("{operand} in {values}",),
-    ElementNode: ("{array}[{index}]",),
-    SliceNode: ("{array}[{first}..{last}]",),
-    ArrayNode: ("{elements}",),
+    nodes.FileNode: ("{kind} {name} {declarations}",),
+    nodes.ComponentNode: (*_INDEXED, " {items}"),
+    nodes.ImportNode: (*_INDEXED, " | from {library} import {component}", "? | with {given}"),
+    nodes.ObjectNode: ("datatype object {name} {properties}",),
+    nodes.PropertyNode: ("{name}: {type}",),
+    nodes.EnumNode: ("datatype enum {name} from {source} to {rules}",),
+    nodes.EnumRuleNode: ("{condition} | -> {value}",),
+    nodes.InterfaceNode: ("interface {name} | use {type} | from {package}",),
+    nodes.MessageNode: ("{direction} message {name} with > {attributes}", "? links {links}"),
+    nodes.TransformNode: ("outgoing transform {name} with > {attributes}",),
+    nodes.ServedServiceNode: ("outgoing service {name} with > {attributes}", "? links {links}"),
+    nodes.ServedActionNode: ("outgoing action {name} with > {attributes}", "? links {links}"),
+    nodes.ServiceNode: ("service {name} with > {attributes}", "? links {links}"),
+    nodes.ActionNode: ("action {name} with > {attributes}", "? links {links}"),
+    nodes.ConstantNode: ("constant {name}: {type} = | {value}",),
+    nodes.ParameterNode: ("parameter {name}: {type}", "? = | {value}"),
+    nodes.FunctionNode: ("function {name}{parameters}: {type} = | {value}",),
+    nodes.ConditionNode: ("condition {name} = | {value}", "? | for {duration}"),
+    nodes.BehaviourNode: ("behaviour {items}",),
+    nodes.VariableNode: ("?{persistent} ", "variable {name}: {type}", "? | = {initial}"),
+    nodes.StateNode: (*_STATE, " {items}"),
+    nodes.ResultTransitionNode: ("on {events} from {communications}", *_CLAUSES),
+    nodes.AfterNode: ("after {duration}", *_CLAUSES),
+    nodes.TauNode: ("transition", *_CLAUSES),
+    nodes.RetryNode: (
+        "retry",
+        "? {times} times",
+        "? | every {every}",
+        "? | goto {goto}",
+        "?{finally_}",
+    ),
+    nodes.EffectNode: (" | else", *_EFFECT),
+    nodes.AssignmentNode: ("{target} := {value}",),
+    nodes.PreferNode: ("prefer", "? {title}", " {preferred} | over {over}"),
+    nodes.RequirementsNode: ("requirement {title} {statements}",),
+    nodes.StopNode: ("stop with {communication}",),
+    nodes.ForNode: ("for {variable} in {indexes} {statements}",),
+    nodes.UnaryNode: ("-{operand}",),
+    nodes.DurationNode: ("{amount} {unit}",),
+    nodes.RateNode: ("{hertz} Hz",),
+    nodes.CallNode: ("{function}{arguments}",),
+    nodes.InNode: ("{operand} in {values}",),
+    nodes.ElementNode: ("{array}[{index}]",),
+    nodes.SliceNode: ("{array}[{first}..{last}]",),
+    nodes.ArrayNode: ("{elements}",),
 }
 """The layout of each kind of node, in segments.
 
@@ -168,10 +117,10 @@ class Formatter:
             "events": self._events,
         }
 
-    def file(self, node: FileNode) -> Doc:
+    def file(self, node: nodes.FileNode) -> Doc:
         """The document of the whole file."""
         head = self.words.beginning(first=True)
-        body = self._filled(node, _LAYOUTS[FileNode])
+        body = self._filled(node, _LAYOUTS[nodes.FileNode])
         return [*head, *body, *self.words.comments(first=False)]
 
     # --- layouts ---
@@ -199,32 +148,34 @@ class Formatter:
     def _declaration(self, node: Any) -> Doc:
         begin = self.words.index
         match node:
-            case ProvideNode():
+            case nodes.ProvideNode():
                 docs = self._filled(node, _PROVIDE)
                 begin = self.words.index
                 clauses = self._filled(node, _PROVIDE_IF)
                 for part in node.otherwise:
                     clauses += self._filled(part, _OTHERWISE)
                 return [*docs, self.words.group(begin, clauses)]
-            case AssumeNode(kind=kind):
+            case nodes.AssumeNode(kind=kind):
                 docs = self._filled(node, _ASSUMPTIONS[kind])
-            case RequirementNode() | PossibleNode():
-                layout = _POSSIBLE if isinstance(node, PossibleNode) else _REQUIREMENTS[node.kind]
+            case nodes.RequirementNode() | nodes.PossibleNode():
+                layout = (
+                    _POSSIBLE if isinstance(node, nodes.PossibleNode) else _REQUIREMENTS[node.kind]
+                )
                 end = (" | to start",) if getattr(node, "to_start", False) else ()
                 first = _REQUIREMENT if self.words.next_is("requirement") else ()
                 docs = self._filled(node, (*first, *layout, *end))
-            case ResultTransitionNode(guard=ElseNode()):
+            case nodes.ResultTransitionNode(guard=nodes.ElseNode()):
                 docs = self._filled(node, _ELSE)
-            case EnumRuleNode(condition=None):
+            case nodes.EnumRuleNode(condition=None):
                 docs = self._filled(node, _DEFAULT_RULE)
             case (
-                ConstantNode(value=DataObjectNode())
-                | FunctionNode(value=DataObjectNode())
-                | ParameterNode(value=DataObjectNode())
+                nodes.ConstantNode(value=nodes.DataObjectNode())
+                | nodes.FunctionNode(value=nodes.DataObjectNode())
+                | nodes.ParameterNode(value=nodes.DataObjectNode())
             ):
                 unbroken = (part.replace(" | ", " ") for part in _LAYOUTS[type(node)])
                 docs = self._filled(node, tuple(unbroken))
-            case StateNode(performs=PerformsNode() as performs):
+            case nodes.StateNode(performs=nodes.PerformsNode() as performs):
                 docs = [*self._filled(node, _STATE), *self._filled(performs, _PERFORMS)]
                 begin = self.words.index
                 docs.append(self.words.group(begin, self._filled(performs, _THEN)))
@@ -235,11 +186,11 @@ class Formatter:
         has_block = any(hasattr(node, name) for name in _BLOCKS)
         return docs if has_block else self.words.group(begin, docs)
 
-    def _block(self, nodes: Sequence[Any]) -> Doc:
+    def _block(self, listed: Sequence[Any]) -> Doc:
         """``{ … }`` with each node on lines of its own."""
         docs: list[Doc] = [self.words.take()]
         inside: list[Doc] = []
-        for node in nodes:
+        for node in listed:
             inside += self.words.beginning(first=not inside)
             inside.append(self._declaration(node))
         inside += self.words.comments(first=not inside)
@@ -247,7 +198,7 @@ class Formatter:
             docs += [Indent(inside), _HARD]
         return [*docs, self.words.take()]
 
-    def _labelled(self, values: Sequence[DataNode]) -> Doc:
+    def _labelled(self, values: Sequence[nodes.DataNode]) -> Doc:
         """``label: value`` for each value, separated by commas."""
         docs: list[Doc] = []
         for value in values:
@@ -255,41 +206,41 @@ class Formatter:
             docs += [self.words.take(), self.words.take(), " ", self._data(value)]
         return docs
 
-    def _assignments(self, nodes: Sequence[AssignmentNode]) -> Doc:
+    def _assignments(self, listed: Sequence[nodes.AssignmentNode]) -> Doc:
         begin = self.words.index
         docs: list[Doc] = []
-        for node in nodes:
+        for node in listed:
             docs += [self.words.take(), _LINE] if docs else []
-            docs += self._filled(node, _LAYOUTS[AssignmentNode])
+            docs += self._filled(node, _LAYOUTS[nodes.AssignmentNode])
         return self.words.group(begin, [Indent(docs)])
 
-    def _events(self, nodes: Sequence[Name]) -> Doc:
+    def _events(self, listed: Sequence[nodes.Name]) -> Doc:
         docs: list[Doc] = []
-        for _ in nodes:
+        for _ in listed:
             docs += [self.words.take(), " "] if docs else []
             docs.append(self.words.take())
         return docs
 
-    def _names(self, nodes: Group) -> Doc:
+    def _names(self, listed: nodes.Group) -> Doc:
         """One communication, perhaps in parentheses, or several in braces, and what is left out."""
-        match nodes:
-            case (*items, ExceptNode(communications=others)):
+        match listed:
+            case (*items, nodes.ExceptNode(communications=others)):
                 group = self._names(tuple(items))
                 return [group, " ", self.words.take(), " ", self._names(others)]
-            case (Access() as only,) if not self.words.next_is("{"):
+            case (nodes.Access() as only,) if not self.words.next_is("{"):
                 return self._expression(only)
         begin = self.words.index
         docs: list[Doc] = [self.words.take()]
         inside: list[Doc] = []
-        for node in nodes:
+        for node in listed:
             inside += [self.words.take()] if inside else []
             inside += [_LINE, *self.words.until(node.span.end)]
         return self.words.group(begin, [*docs, Indent(inside), _LINE, self.words.take()])
 
     # --- data and expressions ---
 
-    def _data(self, node: DataNode) -> Doc:
-        if not isinstance(node, DataObjectNode):
+    def _data(self, node: nodes.DataNode) -> Doc:
+        if not isinstance(node, nodes.DataObjectNode):
             return self._expression(node)
         begin = self.words.index
         expanded = bool(node.fields) and self.words.line_ends_behind
@@ -302,7 +253,7 @@ class Formatter:
             docs += [Indent(inside), _LINE]
         return self.words.group(begin, [*docs, self.words.take()], broken=expanded)
 
-    def _expression(self, node: ExprNode) -> Doc:
+    def _expression(self, node: nodes.ExprNode) -> Doc:
         """The expression, with the parentheses that it has in the text; also a name or a type."""
         begin = self.words.index
         docs: list[Doc] = []
@@ -310,13 +261,13 @@ class Formatter:
             docs.append(self.words.take())
         count = len(docs)
         match node:
-            case BinaryNode(operator=operator):
+            case nodes.BinaryNode(operator=operator):
                 inside: list[Doc] = []
-                self._chain(node, BINARY[operator].level, inside)
+                self._chain(node, operators.BINARY[operator].level, inside)
                 docs.append(self.words.group(begin, inside if count else [Indent(inside)]))
-            case AggregateNode():
+            case nodes.AggregateNode():
                 docs.append(self._aggregate(node))
-            case MemberNode(object=inner):
+            case nodes.MemberNode(object=inner):
                 docs += [self._expression(inner), *self.words.until(node.span.end)]
             case _ if layout := _LAYOUTS.get(type(node)):
                 docs += self._filled(node, layout)
@@ -324,29 +275,33 @@ class Formatter:
                 docs += self.words.until(node.span.end)
         return [*docs, *(self.words.take() for _ in range(count))]
 
-    def _chain(self, node: ExprNode, level: int, docs: list[Doc]) -> None:
+    def _chain(self, node: nodes.ExprNode, level: int, docs: list[Doc]) -> None:
         """Add the operands and operators of a chain of one level of precedence to ``docs``."""
         bare = self.words.start >= node.span.start
-        if bare and isinstance(node, BinaryNode) and BINARY[node.operator].level == level:
+        if (
+            bare
+            and isinstance(node, nodes.BinaryNode)
+            and operators.BINARY[node.operator].level == level
+        ):
             self._chain(node.left, level, docs)
             docs += [_LINE, self.words.take(), " "]
             self._chain(node.right, level, docs)
         else:
             docs.append(self._expression(node))
 
-    def _listed(self, nodes: Sequence[DataNode]) -> Doc:
+    def _listed(self, listed: Sequence[nodes.DataNode]) -> Doc:
         """A list in brackets, separated by commas."""
         begin = self.words.index
         docs: list[Doc] = [self.words.take()]
         inside: list[Doc] = []
-        for node in nodes:
+        for node in listed:
             inside += [self.words.take(), _LINE] if inside else [_TIGHT]
             inside.append(self._data(node))
         if inside:
             docs += [Indent(inside), _TIGHT]
         return self.words.group(begin, [*docs, self.words.take()])
 
-    def _aggregate(self, node: AggregateNode) -> Doc:
+    def _aggregate(self, node: nodes.AggregateNode) -> Doc:
         begin = self.words.index
         docs: list[Doc] = [self.words.take()]
         if node.function.text != "[":
@@ -358,7 +313,7 @@ class Formatter:
             inside += [_LINE, *self._filled(node, ("if {condition}",))]
         return self.words.group(begin, [*docs, Indent(inside), _TIGHT, self.words.take()])
 
-    def _tight(self, node: ExprNode) -> Doc:
+    def _tight(self, node: nodes.ExprNode) -> Doc:
         """An index, without blanks if it is arithmetic only."""
         simple = all(character not in node.span.text for character in ",{")
         return self.words.until(node.span.end) if simple else self._expression(node)
@@ -387,10 +342,10 @@ def _field(node: Any, name: str) -> Any:
     """
     if name not in ("attributes", "given"):
         return getattr(node, name)
-    if isinstance(node, ImportNode):
+    if isinstance(node, nodes.ImportNode):
         values = [*(argument.value for argument in node.arguments), node.prefix]
     else:
-        values = [getattr(node, attribute.field, None) for attribute in ATTRIBUTES]
+        values = [getattr(node, attribute.field, None) for attribute in attributes.ATTRIBUTES]
     by_place = {value.span.start: value for value in values if value is not None}
     # That of a transform is its keyword.
     by_place = {start: value for start, value in by_place.items() if start > node.name.span.start}

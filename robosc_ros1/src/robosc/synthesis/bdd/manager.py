@@ -13,6 +13,7 @@ import importlib
 import importlib.util
 import sys
 import sysconfig
+import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias, TypeVar
@@ -30,6 +31,8 @@ _CACHE_ENTRIES_PER_VARIABLE = 2**12
 _FEWEST_NODES = 2**16
 _AMPLE_NODES = 2**20
 """Nodes from which garbage is collected: 36 MB, and a moment's work."""
+_PAUSES = (0.0, 0.001, 0.01, 0.1, 1.0)
+"""Seconds before each look whether garbage was collected."""
 
 _Result = TypeVar("_Result")
 
@@ -230,6 +233,20 @@ class Manager:
         try:
             return operation()
         except MemoryError:
-            forget()
+            pass  # no longer handled below: its traceback keeps what the operation has computed
+        forget()
+        self._await_collection()
+        return operation()
+
+    def _await_collection(self) -> None:
+        """Collect garbage, also where the library is about to do so in its own thread.
+
+        Then ``gc`` does nothing and returns 0, and operations fail until that was done (0.13.0; see
+        findings/oxidd_garbage.sh).
+        """
+        before = self.nodes
+        for pause in _PAUSES:
+            time.sleep(pause)
             self.collect_garbage()
-            return operation()
+            if self.in_use < before:
+                break

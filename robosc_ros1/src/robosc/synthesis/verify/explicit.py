@@ -159,8 +159,10 @@ class ExplicitVerifier:
         here = 0
         while here < len(graph.codes):
             state = self._coding.decode(graph.codes[here])
-            work = self._work(state)
-            failing = self._failing(state, work)
+            failing = self._violated(state)
+            if failing is None:
+                work = self._work(state)
+                failing = self._escaping(work)
             if failing is None:
                 self._add_steps(graph, here, work)
             else:
@@ -191,11 +193,15 @@ class ExplicitVerifier:
                     graph.labels.append(label + values if free else ~(label + values))
         graph.allowed.append(allowed)
 
-    def _failing(self, state: PlantState, work: list[_Work]) -> str | None:
-        """Return why a state is unsafe in itself; None if it is safe."""
+    def _violated(self, state: PlantState) -> str | None:
+        """Return which state requirement fails in a state; None if all hold."""
         for holds, index in self._invariants:
             if not holds(state):
                 return f"'{self._plant.robot.requirements[index].text}' fails"
+        return None
+
+    def _escaping(self, work: list[_Work]) -> str | None:
+        """Return what may take a variable out of its range; None if nothing may."""
         for label, successors, _, _ in work:
             if successors[-1][1] is None:
                 event = self._plant.events[self._labelled[label][0]]
