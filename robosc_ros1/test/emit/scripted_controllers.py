@@ -14,6 +14,7 @@ from emit.generated_code import controller_source
 
 from robosc.plant.automaton import Plant
 from robosc.runtime.model import Controller
+from robosc.runtime.places import stands_in
 from robosc.simulate.faults import LineFault
 from robosc.simulate.machines import execute, generated
 from robosc.simulate.script.session import Session
@@ -53,6 +54,7 @@ def scripts_of(supervisor: Supervisor) -> list[str]:
 def tells_apart(supervisor: Supervisor, scripts: list[str], source: str) -> list[str]:
     """What a script finds in a controller with this source; nothing: all scripts pass."""
     kind: Any = class_of(source)
+    phases = {*supervisor.plant.robot.display_names.values()}
     with pytest.MonkeyPatch.context() as patched:
         for module in (execute, generated):
             patched.setattr(module, "make_controller", lambda _: kind())
@@ -61,6 +63,11 @@ def tells_apart(supervisor: Supervisor, scripts: list[str], source: str) -> list
             for number, line in enumerate(text.splitlines(), 1):
                 try:
                     session.do(line, numbers=False)
+                    # As the player in the package, which reads them in the node's ~state.
+                    machine = session.machine
+                    heres = [".".join(item) for item in machine.state.components.items()]
+                    delays = machine.clocks.keys() - phases
+                    assert all(any(stands_in(h, delay) for h in heres) for delay in delays)
                 except LineFault as fault:
                     return [f"line {number}: {fault}"]
                 except Exception as error:  # of a mutant

@@ -95,7 +95,8 @@ def test_the_controller_is_the_same_for_all_targets(model: str) -> None:
     for path in shared:
         assert first[f"src/{path}"] == second[path], path
     own = {"play_scripts.py", "test_play_scripts.py", "ros_player.py", "robot_tables.py"}
-    own |= {"node_program.py", "action_client.py"}
+    # How many inputs were tried: a service of ROS 2 fails by time alone.
+    own |= {"node_program.py", "action_client.py", "shown.py"}
     checked, others = (
         {path for path in files if path.startswith("test/") and path.endswith(".py")}
         - {f"test/{name}" for name in own}

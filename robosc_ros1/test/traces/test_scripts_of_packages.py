@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import io
+import re
+from pathlib import Path
 
 import pytest
 from emit.generated_code import controller_source
 from emit.mutants import mutants
-from emit.scripted_controllers import scripts_of, tells_apart
+from emit.scripted_controllers import faults_of, scripts_of, tells_apart
 from ros_support import EXAMPLES
 
 from robosc import pipeline
@@ -15,12 +17,18 @@ from robosc.simulate.script.run import follow_script
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
 from robosc.supervisor import Supervisor
+from robosc.traces.scripts import choose
+from robosc.traces.unreachable import unreachable
 
 PLAYED = ("courier", "door", "drone", "kobuki", "navigation", "order", "two_robots")
 
 
+def model_of(name: str) -> Path:
+    return EXAMPLES / name / f"{Path(name).name}.rscd"
+
+
 def supervisor_of(name: str) -> Supervisor:
-    return pipeline.synthesize(pipeline.load(EXAMPLES / name / f"{name}.rscd").robot)
+    return pipeline.synthesize(pipeline.load(model_of(name)).robot)
 
 
 @pytest.mark.parametrize("name", PLAYED)
@@ -37,6 +45,67 @@ def test_the_generated_controller_passes(name: str) -> None:
 def test_the_same_runs_are_chosen_again() -> None:
     supervisor = supervisor_of("navigation")
     assert scripts_of(supervisor) == scripts_of(supervisor_of("navigation"))
+
+
+@pytest.mark.parametrize("name", PLAYED)
+def test_what_is_proved_unreachable_is_not_shown(name: str) -> None:
+    """The plant, under its supervisor, and the runs are two ways to the same."""
+    for guards in (False, True):
+        robot = pipeline.load(model_of(name), pipeline.Options(supervises=guards)).robot
+        traces = choose(pipeline.synthesize(robot))
+        assert not traces.shown & unreachable(traces.coverage)
+
+
+def test_why_something_is_not_shown() -> None:
+    """The tries are counted from 0 to 2, so none is above; numbers of the robot have no end."""
+    supervisor = supervisor_of("navigation")
+    traces = choose(supervisor)
+    why = {text: traces.why([case]) for case, text in traces.cases.items()}
+    above = "navigate.error in Operator (line 26, to waiting): Navigator.tries < 2, just above the "
+    assert why[above + "number, alone decides"] == "proved unreachable"
+    traces = choose(supervisor_of("door"))
+    rest = {case: text for case, text in traces.cases.items() if case not in traces.shown}
+    proved = {text for case, text in rest.items() if case in traces.proved}
+    assert proved == {"turn.request: Motor blocks it"}
+    # The requirement keeps the door from being turned there; that is about numbers.
+    last = (
+        "turn.request, provide (door.rscd:30): Sensor.last >= 0.99, which is false, alone decides"
+    )
+    (case,) = (case for case, text in rest.items() if text == last)
+    assert re.fullmatch(r"not found in [0-9,]+ inputs", traces.why([case]))
+
+
+GALLERY = "gallery/go_to_pose"
+FAULTS = {
+    "a location left out": (
+        "navigation", False,
+        'elif self.operator == "served" and not', "elif not",
+    ),
+    "where a component is not": (
+        GALLERY, False, 'elif self.button == "unheard" and not value:', "elif not value:",
+    ),
+    "part of a condition on elements": (
+        "courier", False, 'r_ > value["range_min"] and r_ < value', "r_ < value",
+    ),
+    "the end of a drive": (GALLERY, False, '= "driving waiting"', '= "driving due"'),
+    "what an answer must be": ("navigation", False, '["distance"] < 1.0', '["distance"] < 1.1'),
+    "what is refused": ("order", False, "            and self.stop_fresh\n", ""),
+    "an object": ("courier", True, 'self.base_goal = value[""]', "pass"),
+    "what is told beside other reasons": (
+        "drone", True,
+        "return self.requirement_1() and self.requirement_2()", "return self.requirement_2()",
+    ),
+    "a delay that is not ended": (
+        "drone", False, "self.position_entries += 1\n        self.state_fresh", "self.state_fresh",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_of_each_kind_are_found(fault: str) -> None:
+    name, guards, right, wrong = FAULTS[fault]
+    robot = pipeline.load(model_of(name), pipeline.Options(supervises=guards)).robot
+    assert faults_of(pipeline.synthesize(robot), right, wrong)
 
 
 def test_planted_faults_are_found() -> None:

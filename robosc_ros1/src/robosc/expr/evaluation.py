@@ -49,7 +49,7 @@ def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:
         if isinstance(node, ParameterRef):
             return node.parameter.default
         if isinstance(node, ElementRef):
-            return _as_read(part_of_value(bound[node.variable], node.path), node.carried)
+            return as_read(part_of_value(bound[node.variable], node.path), node.carried)
         found = lookup(node)
         if found is None:
             raise Undefined
@@ -105,11 +105,11 @@ def scalar_of(node: Operation) -> Callable[..., Value]:
         case Made():
             return lambda *values: node.of(values)
         case Part():
-            return lambda whole: _as_read(part_of_value(whole, node.path), node.carried)
+            return lambda whole: as_read(part_of_value(whole, node.path), node.carried)
     return node.operation.scalar
 
 
-def _as_read(part: Value, type_: Type) -> Value:
+def as_read(part: Value, type_: Type) -> Value:
     """A part of a whole, in which enums have not been converted yet."""
     return converted(type_, part) if isinstance(type_, EnumType) else part
 
@@ -119,7 +119,7 @@ def converted(enum: EnumType, value: Any) -> Value:
 
     def look(leaf: Leaf) -> Value | None:
         assert isinstance(leaf, ValueRef)
-        return _as_read(part_of_value(value, leaf.path), leaf.type)
+        return as_read(part_of_value(value, leaf.path), leaf.type)
 
     for rule in enum.rules:
         with suppress(Undefined):

@@ -7,13 +7,14 @@ nothing else would stand in the way.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
 from robosc.emit.controller.naming import place
-from robosc.expr.tree import TRUE, Expr
+from robosc.expr.tree import TRUE, Expr, Operation
+from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind
 from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl
@@ -58,6 +59,15 @@ class CommandDemands:
     preferred: tuple[ExactStep, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class JudgedEdge:
+    """An edge with its guard (None: it has none), and the conditions that become variables."""
+
+    edge: ExactEdge
+    guard: DecidedCondition | None
+    made: Mapping[str, DecidedCondition]
+
+
 class Coverage:
     """All cases of a supervised robot: ``cases`` are their texts."""
 
@@ -67,16 +77,16 @@ class Coverage:
         self.rules = [
             self._rule(step) for step in steps.commands if step.event.key not in steps.unjudged
         ]
-        self._guards: dict[
-            tuple[int, str, str], list[tuple[ExactEdge, DecidedCondition | None]]
-        ] = {}
-        for step in steps.steps:
-            for partner in step.partners:
-                for location, edges in partner.edges.items():
-                    self._guards[step.number, partner.component, location] = [
-                        (e, None if e.condition is None else self._condition(e.condition))
-                        for e in edges
-                    ]
+        self._edges: dict[tuple[int, str, str], list[JudgedEdge]] = {
+            (step.number, partner.component, location): [self._judged(edge) for edge in edges]
+            for step in steps.steps
+            for partner in step.partners
+            for location, edges in partner.edges.items()
+        }
+        self._elsewhere: dict[tuple[int, str], dict[Any, JudgedEdge]] = {}
+        for (number, component, _), judged in self._edges.items():
+            edges = self._elsewhere.setdefault((number, component), {})
+            edges.update((one.edge.name, one) for one in judged)
         self._provides = {
             step.number: [
                 (p, None if c is None else self._condition(p.condition or TRUE))
@@ -84,6 +94,7 @@ class Coverage:
             ]
             for step in steps.commands
         }
+        self._by_data = {rule.step.number for rule in self.rules if steps.reads_data(rule.step)}
         self.rules_by_number = {rule.step.number: rule for rule in self.rules}
         self.outcomes: dict[Case, str] = {}
         """By case of a demand: which part of it decides, and how."""
@@ -94,6 +105,11 @@ class Coverage:
 
     def _condition(self, expr: Expr) -> DecidedCondition:
         return DecidedCondition(expr, self._text)
+
+    def _judged(self, edge: ExactEdge) -> JudgedEdge:
+        guard = None if edge.condition is None else self._condition(edge.condition)
+        made = zip(edge.assigned, edge.made, strict=True)
+        return JudgedEdge(edge, guard, {a[0]: self._condition(v) for a, v in made if _joins(v)})
 
     def _rule(self, step: ExactStep) -> CommandDemands:
         event, robot = step.event, self.robot
@@ -161,29 +177,45 @@ class Coverage:
     def _of_partner(self, step: ExactStep, partner: Partner) -> Iterator[tuple[Case, str]]:
         name = label(step.event)
         for location in partner.edges:
-            edges = self._guards[step.number, partner.component, location]
-            for edge, condition in edges:
-                case = step.number, partner.component, edge.line
-                told = f"{name} in {partner.component} (line {edge.line})"
+            for judged in self._edges[step.number, partner.component, location]:
+                (line, target), assigned = judged.edge.name, judged.edge.assigned
+                case = step.number, partner.component, line, target
+                where = f"(line {line}{target and f', to {told_with_stage(target)}'})"
+                told = f"{name} in {partner.component} {where}"
                 if partner.component == step.event.key:
-                    told = f"{name} as expected (line {edge.line})"
+                    told = f"{name} as expected {where}"
                 yield ("taken", *case), told
-                for key, *_ in edge.assigned:
+                for key, *_ in assigned:
                     yield ("assigned", *case, key), f"{told}, which changes {key}"
-                for outcome, text in () if condition is None else _outcomes(condition):
+                for outcome, text in () if judged.guard is None else _outcomes(judged.guard):
                     yield ("edge", *case, *outcome), f"{told}: {text} alone decides"
+                for key, condition in judged.made.items():
+                    for outcome, text in _outcomes(condition):
+                        yield ("made", *case, key, *outcome), f"{told}: {text} decides {key}"
 
     # --- what is shown ---------------------------------------------------------------------------
 
     def of_state(self, state: State) -> set[Case]:
         """The cases of a state in which the controller waits."""
         found: set[Case] = set()
-        for rule in () if self.steps.guards_others else self.rules:
-            self._see_rule(rule, state, found, None)
+        for rule in self.rules:
+            if not self.steps.guards_others:
+                self._see_rule(rule, state, found, None)
+            elif not self.steps.follows and rule.step.number not in self._by_data:
+                self._see_reasons(rule, state, found)
         for step in self.steps.taus:
             for partner in step.partners:
                 self._see_edges(step, partner, state, NOTHING, found, False)
         return found
+
+    def _see_reasons(self, rule: CommandDemands, state: State, found: set[Case]) -> None:
+        """See which demand alone is told beside what else is in the way of a command."""
+        step = rule.step
+        if step.in_phase(state) and not step.blocked_by(state, NOTHING):
+            return
+        outcomes = [demand.condition.deciding(state)[0] for demand in rule.demands]
+        if outcomes.count(False) == 1:
+            found.add(("told", step.number, outcomes.index(False)))
 
     def _see_rule(
         self, rule: CommandDemands, state: State, found: set[Case], carried: Carried | None
@@ -209,15 +241,9 @@ class Coverage:
             return
         if step.after(state, carried) is None:
             return
-        for index, (_, atoms) in enumerate(outcomes):
-            if failing and failing != [index]:
-                continue
-            for number in atoms:
-                atom = rule.demands[index].condition.atoms[number]
-                value, near = atom.outcome(state, carried)
-                found.add(("demand", step.number, index, number, value, ""))
-                if near:
-                    found.add(("demand", step.number, index, number, value, near))
+        for index, (_, deciding) in enumerate(outcomes):
+            if not failing or failing == [index]:
+                found |= {("demand", step.number, index, *outcome) for outcome in deciding}
 
     def of_step(self, step: ExactStep, state: State, carried: Carried, after: State) -> set[Case]:
         """The cases of an event that happens in a state."""
@@ -233,14 +259,24 @@ class Coverage:
             found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
         for partner in step.partners:
             self._see_edges(step, partner, state, carried, found, True, after)
+            self._see_stays(step, partner, state, carried, found)
         return found
 
     def of_refusal(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
         """The cases of an answer that is not as expected."""
-        found: set[Case] = {("refused", step.number, state[step.phase or ""])}
+        found: set[Case] = {("refused", step.number, state[f"~{step.event.key}"])}
         for partner in step.partners:
             if partner.component == step.event.key:
                 self._see_edges(step, partner, state, carried, found, False)
+        return found
+
+    def of_refused_call(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
+        """The cases of a call that no component takes."""
+        found: set[Case] = {("refused", step.number, "idle")}
+        for partner in step.partners:
+            found.add(("refused", step.number, partner.component, state[partner.place]))
+            self._see_edges(step, partner, state, carried, found, False)
+            self._see_stays(step, partner, state, carried, found)
         return found
 
     def allows(self, step: ExactStep, state: State, carried: Carried) -> bool:
@@ -255,7 +291,7 @@ class Coverage:
     ) -> tuple[str, ...] | None:
         """Why a command is not enabled, as a node tells it; None if that cannot be told."""
         rule = self.rules_by_number[step.number]
-        if step.event.kind is EventKind.CANCEL or step.event.command in self.robot.performed:
+        if step.event.kind is EventKind.CANCEL:
             return None
         found = []
         if not step.in_phase(state):
@@ -295,37 +331,47 @@ class Coverage:
         happens: bool,
         after: State | None = None,
     ) -> None:
-        location = state[partner.place]
-        edges = self._guards.get((step.number, partner.component, location), ())
-        for edge, condition in edges:
-            case = step.number, partner.component, edge.line
-            value = True
-            if condition is not None:
-                value, atoms = condition.deciding(state, carried)
-                for number in atoms:
-                    outcome, near = condition.atoms[number].outcome(state, carried)
-                    found.add(("edge", *case, number, outcome, ""))
-                    if near:
-                        found.add(("edge", *case, number, outcome, near))
-            if value:
-                if happens and after is not None:
-                    found.add(("taken", *case))
-                    for key, *_ in edge.assigned:
-                        if after[key] != state[key]:
-                            found.add(("assigned", *case, key))
-                return
+        for judged in self.edges_at(step, partner, state):
+            edge, value = judged.edge, True
+            case = step.number, partner.component, *edge.name
+            if judged.guard is not None:
+                value, deciding = judged.guard.deciding(state, carried)
+                found |= {("edge", *case, *outcome) for outcome in deciding}
+            if not value:
+                continue
+            if happens and after is not None:
+                found.add(("taken", *case))
+                for key, *_ in edge.assigned:
+                    if after[key] != state[key]:
+                        found.add(("assigned", *case, key))
+                for key, condition in judged.made.items():
+                    deciding = condition.deciding(state, carried)[1]
+                    found |= {("made", *case, key, *outcome) for outcome in deciding}
+            return
+
+    def _see_stays(
+        self, step: ExactStep, partner: Partner, state: State, carried: Carried, found: set[Case]
+    ) -> None:
+        """See which edges of other locations are not taken, though their guards hold."""
+        here = {judged.edge.name for judged in self.edges_at(step, partner, state)}
+        for name, judged in self._elsewhere.get((step.number, partner.component), {}).items():
+            if name not in here and judged.edge.is_open(state, carried):
+                found.add(("stays", step.number, partner.component, *name))
+
+    def edges_at(self, step: ExactStep, partner: Partner, state: State) -> Sequence[JudgedEdge]:
+        """The edges of an event that leave where a component is."""
+        return self._edges.get((step.number, partner.component, state[partner.place]), ())
+
+    def provided_if(self, step: ExactStep) -> list[DecidedCondition | None]:
+        """The conditions of the statements that give a command's data."""
+        return [condition for _, condition in self._provides[step.number]]
 
     def _see_data(self, step: ExactStep, state: State, found: set[Case]) -> None:
         for index, (_, condition) in enumerate(self._provides[step.number]):
-            if condition is None:
-                found.add(("provided", step.number, index))
-                return
-            value, atoms = condition.deciding(state)
-            for number in atoms:
-                outcome, near = condition.atoms[number].outcome(state, NOTHING)
-                found.add(("provide", step.number, index, number, outcome, ""))
-                if near:
-                    found.add(("provide", step.number, index, number, outcome, near))
+            value = True
+            if condition is not None:
+                value, deciding = condition.deciding(state)
+                found |= {("provide", step.number, index, *outcome) for outcome in deciding}
             if value:
                 found.add(("provided", step.number, index))
                 return
@@ -333,11 +379,29 @@ class Coverage:
     def atoms(self) -> Sequence[Function]:
         """The atoms over states alone; two states in which all agree are alike."""
         conditions = [d.condition for rule in self.rules for d in rule.demands]
-        conditions += [c for edges in self._guards.values() for _, c in edges if c is not None]
+        edges = [judged for several in self._edges.values() for judged in several]
+        conditions += [judged.guard for judged in edges if judged.guard is not None]
+        conditions += [condition for judged in edges for condition in judged.made.values()]
         conditions += [c for found in self._provides.values() for _, c in found if c is not None]
         # What another controller sends comes later, in a state that is like the first of its kind.
         guards = self.steps.guards_others
-        return [a.outcome if guards else a.value for c in conditions for a in c.atoms]
+        return [a.outcome if guards else a.value for c in conditions for a in c.outer]
+
+
+def through(step: ExactStep, before: State, after: State) -> set[Case]:
+    """From where to where an event leads components, with all that follows at once; of a delay,
+    also what it began with."""
+    delayed = step.event.kind is EventKind.AFTER
+    places = (
+        (p.component, before[p.place], after[p.place], before[p.begun] if delayed else None)
+        for p in step.partners
+    )
+    return {("through", step.number, *place) for place in places}
+
+
+def _joins(expr: Expr) -> bool:
+    """Whether an expression is a condition with parts."""
+    return isinstance(expr, Operation) and expr.type == BooleanType()
 
 
 _NEAR = {

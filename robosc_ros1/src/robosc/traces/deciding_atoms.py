@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
-from robosc.expr.tree import Binary, Expr, Unary
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Aggregate, Binary, Expr, Holds, Literal, Unary
 from robosc.expr.types import BooleanType, DoubleType, IntegerType
 from robosc.runtime.values import Undefined
-from robosc.traces.exact_steps import NOTHING, Carried, Function, State, function, holds
+from robosc.traces.exact_steps import NOTHING, UNKNOWN, Carried, Function, State, function, holds
 from robosc.traces.samples import NEAR
+
+Outcome: TypeAlias = tuple[int, bool, str]
+"""The number of an atom, whether it holds, and where its left number lies from its right one, if
+that is near; else ``""``."""
+Possible: TypeAlias = dict[bool, frozenset[Outcome]]
+"""Where not all is known: the values that a condition may have, each with the outcomes of atoms
+that may alone decide it."""
+NEARS = ("", "at", "below", "above")
+_Decision: TypeAlias = tuple[bool, tuple[tuple[int, Carried], ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,67 +48,152 @@ class Atom:
 
 
 class DecidedCondition:
-    """A condition that is evaluated with the atoms that alone decide it."""
+    """A condition that is evaluated with the atoms that alone decide it.
+
+    In ``any`` and ``all`` over an array, an atom stands for what it comes to for each element.
+    """
 
     def __init__(self, expr: Expr, text: Callable[[Expr], str]) -> None:
         self.atoms: list[Atom] = []
+        self.outer: list[Atom] = []
+        """What states differ in: the atoms, and in place of those of elements the whole."""
         self._text = text
-        self._evaluate = self._compiled(expr)
+        self._evaluate, self._possible = self._compiled(expr)
 
-    def deciding(self, state: State, carried: Carried = NOTHING) -> tuple[bool, Iterable[int]]:
-        """Whether it holds, and the numbers of the atoms that alone decide that."""
-        return self._evaluate(state, carried)
+    def deciding(self, state: State, carried: Carried = NOTHING) -> tuple[bool, set[Outcome]]:
+        """Whether it holds, and the outcomes of the atoms that alone decide that."""
+        value, atoms = self._evaluate(state, carried)
+        found: set[Outcome] = set()
+        for number, read in atoms:
+            outcome, near = self.atoms[number].outcome(state, read)
+            found |= {(number, outcome, ""), (number, outcome, near)}
+        return value, found
 
-    def _compiled(self, expr: Expr) -> Callable[[State, Carried], tuple[bool, tuple[int, ...]]]:
+    def possible(self, state: State) -> Possible:
+        """The same in a state of the plant, of which numbers are left out."""
+        return self._possible(state)
+
+    def _compiled(
+        self, expr: Expr
+    ) -> tuple[Callable[[State, Carried], _Decision], Callable[[State], Possible]]:
         match expr:
+            case Literal(value=bool(value)):
+                return lambda s, v: (value, ()), lambda s: {value: frozenset()}
             case Unary(operator="!", operand=operand):
-                inner = self._compiled(operand)
+                inner, may = self._compiled(operand)
 
-                def negated(s: State, v: Carried) -> tuple[bool, tuple[int, ...]]:
+                def negated(s: State, v: Carried) -> _Decision:
                     value, atoms = inner(s, v)
                     return not value, atoms
 
-                return negated
-            case Binary(operator="and" | "or" | "=>" as word, left=left, right=right):
-                first, second = self._compiled(left), self._compiled(right)
-                neutral = word != "or"
-                flipped = word == "=>"
+                return negated, lambda s: {not value: a for value, a in may(s).items()}
+            case Binary(
+                operator="and" | "or" | "=>" | "=" | "!=" as word, left=left, right=right
+            ) if left.type == BooleanType():
+                (first, may_first), (second, may_second) = (
+                    self._compiled(left),
+                    self._compiled(right),
+                )
+                table = _TABLES[word]
 
-                def joined(s: State, v: Carried) -> tuple[bool, tuple[int, ...]]:
+                def joined(s: State, v: Carried) -> _Decision:
                     one, by_one = first(s, v)
                     two, by_two = second(s, v)
-                    if flipped:  # a => b is !(a and !b)
-                        value = not one or two
-                        return value, (by_one if not two else ()) + (by_two if one else ())
-                    value = (one and two) if neutral else (one or two)
-                    return value, (by_one if two is neutral else ()) + (
-                        by_two if one is neutral else ()
-                    )
+                    value = table(one, two)
+                    atoms = by_one if table(not one, two) is not value else ()
+                    return value, atoms + (by_two if table(one, not two) is not value else ())
 
-                return joined
-            case Binary(operator="=" | "!=", left=left, right=right) if left.type == BooleanType():
-                first, second = self._compiled(left), self._compiled(right)
-                same = expr.operator == "="
+                def may(s: State) -> Possible:
+                    found: Possible = {}
+                    seconds = may_second(s).items()
+                    for one, by_one in may_first(s).items():
+                        for two, by_two in seconds:
+                            value = table(one, two)
+                            atoms = by_one if table(not one, two) is not value else frozenset()
+                            atoms |= by_two if table(one, not two) is not value else frozenset()
+                            found[value] = found.get(value, frozenset()) | atoms
+                    return found
 
-                def equal(s: State, v: Carried) -> tuple[bool, tuple[int, ...]]:
-                    one, by_one = first(s, v)
-                    two, by_two = second(s, v)
-                    return (one is two) is same, by_one + by_two
-
-                return equal
+                return joined, may
+            case Aggregate(operator="any" | "all") if _is_flat(expr):
+                return self._quantified(expr)
         number, atom = len(self.atoms), self._atom(expr)
         self.atoms.append(atom)
-        mine = (number,)
-        return lambda s, v: (holds(atom.value, s, v), mine)
+        self.outer.append(atom)
+
+        def perhaps(s: State) -> Possible:
+            try:
+                value, near = atom.outcome(s, UNKNOWN)
+                return {value: frozenset({(number, value, ""), (number, value, near)})}
+            except KeyError:
+                return {v: frozenset((number, v, near) for near in NEARS) for v in (True, False)}
+
+        return lambda s, v: (holds(atom.value, s, v), ((number, v),)), perhaps
+
+    def _quantified(
+        self, expr: Aggregate
+    ) -> tuple[Callable[[State, Carried], _Decision], Callable[[State], Possible]]:
+        element, decider = expr.element, expr.operator == "any"
+        if expr.condition is not None:
+            word = "and" if decider else "=>"
+            element = Binary(word, expr.condition, element, BooleanType())
+        first, outer = len(self.atoms), list(self.outer)
+        inner, _ = self._compiled(element)
+        numbers = range(first, len(self.atoms))
+        array, whole = function(expr.array), function(expr)
+        self.outer = [*outer, Atom("", whole, None, 0.0)]
+
+        def over(s: State, v: Carried) -> _Decision:
+            value = holds(whole, s, v)
+            try:
+                items = array(s, v)
+            except Undefined:
+                return value, ()
+            found = [
+                inner(s, {**v, expr.variable: item, expr.position: position})
+                for position, item in enumerate(items)
+            ]
+            deciding = [atoms for one, atoms in found if one is decider]
+            if (value is decider) is not bool(deciding):
+                return value, ()  # where an element is undefined
+            several = deciding if len(deciding) == 1 else [] if deciding else [a for _, a in found]
+            return value, tuple(pair for atoms in several for pair in atoms)
+
+        every = frozenset((n, v, near) for n in numbers for v in (True, False) for near in NEARS)
+        return over, lambda s: dict.fromkeys(possible_values(whole, s), every)
 
     def _atom(self, expr: Expr) -> Atom:
         sides, step = None, 0.0
+        compared = expr.operand if isinstance(expr, Holds) else expr
         if (
-            isinstance(expr, Binary)
-            and expr.operation.is_comparison
-            and isinstance(expr.left.type, DoubleType | IntegerType)
+            isinstance(compared, Binary)
+            and compared.operation.is_comparison
+            and isinstance(compared.left.type, DoubleType | IntegerType)
         ):
-            sides = function(expr.left), function(expr.right)
-            both = (expr.left.type, expr.right.type)
+            sides = function(compared.left), function(compared.right)
+            both = (compared.left.type, compared.right.type)
             step = float(all(isinstance(t, IntegerType) for t in both))
         return Atom(self._text(expr), function(expr), sides, step)
+
+
+_TABLES: dict[str, Callable[[bool, bool], bool]] = {
+    "and": lambda one, two: one and two,
+    "or": lambda one, two: one or two,
+    "=>": lambda one, two: not one or two,
+    "=": lambda one, two: one is two,
+    "!=": lambda one, two: one is not two,
+}
+
+
+def possible_values(condition: Function, state: State) -> tuple[bool, ...]:
+    """What a condition may come to in a state of the plant, of which numbers are left out."""
+    try:
+        return (condition(state, UNKNOWN) is True,)
+    except (Undefined, KeyError):
+        return (True, False)
+
+
+def _is_flat(expr: Aggregate) -> bool:
+    """Whether each element can be looked at by itself."""
+    inner = [expr.element, *([] if expr.condition is None else [expr.condition])]
+    return not any(isinstance(part, Aggregate) for one in inner for part in walk(one))

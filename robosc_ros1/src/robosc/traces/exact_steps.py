@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from robosc.emit.controller.whole_guards import whole_guards
-from robosc.expr.evaluation import evaluate, scalar_of
+from robosc.expr.evaluation import as_read, evaluate, part_of_value, scalar_of
 from robosc.expr.traversal import path_text, walk
 from robosc.expr.tree import (
     REASON,
@@ -37,7 +37,7 @@ from robosc.expr.tree import (
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.language.reasons import REFUSED
-from robosc.model.entities import Data, DataArray, DataObject, Provide
+from robosc.model.entities import Data, DataArray, DataObject, Provide, data_expressions
 from robosc.plant.acceptance import resets_of
 from robosc.plant.automaton import Event, LocalAutomaton, VariableKind
 from robosc.plant.event_values import value_parts
@@ -51,6 +51,15 @@ Carried: TypeAlias = Mapping[Any, Any]
 Function: TypeAlias = Callable[[State, Carried], Any]
 
 NOTHING: Carried = {}
+
+
+class _Unknown(dict[Any, Any]):
+    def get(self, key: Any, default: Any = None) -> Any:
+        raise KeyError(key)
+
+
+UNKNOWN: Carried = _Unknown()
+"""Stands for anything that an event may carry."""
 LATE: Carried = {(): None, REASON: "timeout"}
 """What an error carries that time has caused."""
 
@@ -74,6 +83,8 @@ def function(expr: Expr) -> Function:
             return lambda s, v: _need(s[key])
         case ValueRef(path=path):
             return lambda s, v: _need(v.get(path))
+        case ElementRef(variable=variable, path=path, carried=read):
+            return lambda s, v: as_read(part_of_value(v[variable], path), read)
         case Binary() if expr.operation.is_lazy:
             left, right, row = function(expr.left), function(expr.right), expr.operation
             return lambda s, v: row.decided if left(s, v) is row.decider else right(s, v)
@@ -89,8 +100,7 @@ def function(expr: Expr) -> Function:
 def _is_plain(expr: Expr) -> bool:
     """Whether all operands are always evaluated, with nothing bound in them."""
     return not any(
-        isinstance(part, Aggregate | ElementRef | Holds)
-        or (isinstance(part, Call) and part.operator == "else")
+        isinstance(part, Aggregate | Holds) or (isinstance(part, Call) and part.operator == "else")
         for part in walk(expr)
     )
 
@@ -129,15 +139,24 @@ def holds(condition: Function, state: State, carried: Carried = NOTHING) -> bool
 class ExactEdge:
     """An edge of a component, compiled.
 
-    ``assigned`` are variables with their new values, their types, and whether they are in the
-    state of the plant: those that are not stay as they are where a value leaves their range.
+    ``name`` is its line, and where it leads if it leaves its location. ``assigned`` are variables
+    with their new values, their types, and whether they are in the state of the plant: those that
+    are not stay as they are where a value leaves their range. ``made`` are the values as
+    expressions.
     """
 
-    line: int
+    name: tuple[int, str]
     guard: Function | None
     condition: Expr | None
     assigned: tuple[tuple[str, Function, Any, bool], ...]
+    made: tuple[Expr, ...]
     target: str
+    entered: frozenset[str]
+    """The states, also those with states in them, whose delays begin or end with it."""
+
+    def is_open(self, state: State, carried: Carried) -> bool:
+        """Whether its guard holds."""
+        return self.guard is None or holds(self.guard, state, carried)
 
 
 @dataclass(frozen=True)
@@ -149,9 +168,14 @@ class Partner:
     blocking: bool
     edges: Mapping[str, Sequence[ExactEdge]]
 
+    @property
+    def begun(self) -> str:
+        """Where a state tells by what a component with delays has entered its location."""
+        return f"@{self.place}"
+
     def edge(self, state: State, carried: Carried) -> ExactEdge | None:
         for edge in self.edges.get(state[self.place], ()):
-            if edge.guard is None or holds(edge.guard, state, carried):
+            if edge.is_open(state, carried):
                 return edge
         return None
 
@@ -190,6 +214,8 @@ class ExactStep:
                     return None
                 continue
             found[partner.place] = edge.target
+            if edge.entered and partner.begun in state:
+                found[partner.begun] = (self.number, *edge.name)
             for key, value, type_, decides in edge.assigned:
                 try:
                     new = value(state, carried)
@@ -365,16 +391,19 @@ class Steps:
         name = f"~{variable.name}" if variable.kind is VariableKind.PHASE else variable.name
         edges: dict[str, list[ExactEdge]] = {}
         for edge in automaton.edges:
-            found = edges.setdefault(str(variable.values[edge.source]), [])
+            source, target = (str(variable.values[n]) for n in (edge.source, edge.target))
+            found = edges.setdefault(source, [])
             condition = None if edge.guard is None else exact(edge.guard)
             keys = [(f"{automaton.component}.{a.variable}", a.value) for a in edge.assignments]
             found.append(
                 ExactEdge(
-                    edge.span.line,
+                    (edge.span.line, "" if source == target else target),
                     None if condition is None else function(condition),
                     condition,
                     tuple((k, function(v), *self._kind(k)) for k, v in keys),
-                    str(variable.values[edge.target]),
+                    tuple(v for _, v in keys),
+                    target,
+                    frozenset((*edge.outer, *((source, target) if edge.enters else ()))),
                 )
             )
         return Partner(automaton.component, name, automaton.blocking, edges)
@@ -392,7 +421,8 @@ class Steps:
                 found[f"~{variable.name}"] = str(variable.values[index])
             elif variable.kind in (VariableKind.LOCATION, VariableKind.ASSUMPTION):
                 found[variable.name] = str(variable.values[index])
-        return found
+        delayed = (s.partners[0] for s in self.steps if s.event.kind is EventKind.AFTER)
+        return found | {partner.begun: None for partner in delayed}
 
     @property
     def guards_others(self) -> bool:
@@ -401,8 +431,7 @@ class Steps:
 
     @property
     def inputs(self) -> list[ExactStep]:
-        """What comes from outside: the robot's events, and the commands of another controller.
-        To monitors no time passes in runs."""
+        """What comes from outside: the robot's events, and the commands of another controller."""
         if not self.guards_others:
             return [s for s in self.steps if not s.event.controllable]
         found = [s for s in self.steps if not s.event.controllable]
@@ -410,6 +439,13 @@ class Steps:
         # A monitor may hear feedback before it knows of the goal, or not at all.
         heard = [s for s in found if not (self.follows and s.event.kind is EventKind.FEEDBACK)]
         return [s for s in (*heard, *self.commands) if s.event.key not in self.unjudged]
+
+    def correcting(self) -> set[str]:
+        """The variables that decide what becomes of the commands of another controller."""
+        provides = [p for p in self.robot.provides if p.communication in self.robot.corrected]
+        found = [e for p in provides for e in data_expressions(p.data)]
+        found += [p.condition for p in provides if p.condition is not None]
+        return {leaf.key for e in found for leaf in walk(e) if isinstance(leaf, VariableRef)}
 
     def made(self, step: ExactStep, state: State, sent: Carried) -> tuple[Carried, dict[str, Any]]:
         """What a supervisor makes of what a command carries, and the fields that it changes, by
@@ -428,6 +464,16 @@ class Steps:
                 return {**sent, **fields}, {path_text(p): v for p, v in fields.items()}
         return sent, {}
 
+    def reads_data(self, step: ExactStep) -> bool:
+        """Whether what a command carries decides whether it is allowed."""
+        demands = [self.robot.requirements[n].condition for n in step.event.requirements]
+        guard = self.guards.get(step.event.identity)
+        demands += [] if guard is None else [guard.expr]
+        leaves = (leaf for one in demands for leaf in walk(exact(one)))
+        return step.event.key in self.robot.corrected or any(
+            isinstance(leaf, ValueRef) for leaf in leaves
+        )
+
     def comes_by_time(self, step: ExactStep) -> bool:
         """Whether time brings an event, and nothing else."""
         return step.event.kind.clocked or step.event.identity in self.by_time
@@ -435,11 +481,19 @@ class Steps:
     def refusal_of(self, step: ExactStep) -> ExactStep | None:
         """The error as which an answer counts that is not as expected; None: none is expected."""
         event = step.event
-        if event.kind is not EventKind.RESPONSE or step.phase is None:
+        if event.kind is not EventKind.RESPONSE:
             return None
         if self.robot.communications[event.key].expect is None:
             return None
         return self.by_event.get((EventKind.ERROR, event.key, 0))
+
+    def refuses(self, step: ExactStep, state: State) -> bool:
+        """Whether a call that cannot happen is one that the controller refuses, and could take."""
+        return (
+            step.event.kind is EventKind.CALL
+            and not self.guards_others
+            and state[f"~{step.event.key}"] == "idle"
+        )
 
     def enabled(self, step: ExactStep, state: State) -> bool:
         """Whether a command is allowed, and no enabled command is preferred to it."""

@@ -63,7 +63,7 @@ class GuardRecorder(Recorder):
             self._due[step.event.key] = self.machine.time + self._overdue[step.event.key]
         self._take(step, sample, attempt)
         expected = tuple(self._outcome(step, sample, attempt))
-        self._tell(text, expected, assigned, self._stays(step, before), before, cases)
+        self._tell(text, expected, assigned, self._stays(step, before, cases), before, cases)
 
     def _complete(self) -> set[Case]:
         """Let the internal transitions happen."""
@@ -125,7 +125,7 @@ class MonitorRecorder(GuardRecorder):
         cases, assigned = self._input(step, sample)
         if not self.is_over:
             text = f"{label(step.event)} {sample.text}".strip()
-            staying = self._stays(step, before)
+            staying = self._stays(step, before, cases)
             self._tell(text, ("sent nothing",), assigned, staying, before, cases)
 
     def _input(self, step: ExactStep, sample: Sample) -> tuple[set[Case], set[str]]:

@@ -10,12 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 from robosc.expr.tree import ParameterRef
-from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
+from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
 from robosc.language.events import EventKind, Kind
-from robosc.runtime.places import places
+from robosc.model.stages import told_stages
+from robosc.runtime.places import place_of, stage_of, stands_in
 from robosc.runtime.settings import parameter_name
 from robosc.runtime.values import Undefined, jsonable
 from robosc.simulate.machines.execute import Execution, read_settings
@@ -23,7 +25,7 @@ from robosc.simulate.machines.machine import Happening, label
 from robosc.simulate.machines.supervised import SupervisedExecution
 from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
-from robosc.traces.coverage import Case, Coverage
+from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample
 from robosc.traces.search import Move
@@ -39,6 +41,8 @@ RATE = 1.0
 MARGIN = 0.01
 """Seconds before a message would be silent in which it is sent again."""
 LONGEST = 60.0
+"""Seconds: while more time passes, messages are not sent again."""
+NEVER = 1000.0
 """Seconds: longer times of the model are not waited for."""
 LONGEST_BEAT = 1.1
 """Seconds: what is sent more seldom is not waited for."""
@@ -48,6 +52,9 @@ TOGETHER = 0.002
 """Seconds: what the clock brings within this time comes with one wait."""
 PARTS = 4
 """The most parts of a period that pass one by one, since messages are to be sent in between."""
+TOLD = 10000
+"""Characters of all variables, if they are as long as an object; in ``~state`` longer ones are cut.
+"""
 BEATS = 400
 """The most moments of a clock that one wait may have."""
 
@@ -109,6 +116,10 @@ class Recorder:
         self._robot = steps.robot
         self.state: State = steps.initial
         self.is_over = False
+        self._stages: dict[str, list[str]] = {}
+        for name in told_stages(self._robot):
+            state, _, stage = name.partition(" ")
+            self._stages.setdefault(state, []).append(stage)
         self._fields = {
             label(s.event): self._robot.commands[s.event.command].field or ""
             for s in steps.commands
@@ -213,16 +224,28 @@ class Recorder:
     def _await(self, step: ExactStep) -> None:
         """Let time pass until an event that it causes, while messages stay fresh."""
         target = step.phase or ""
-        begun = self.machine.time
+        left = self._time_to(step)
+        if left > LONGEST:
+            if left <= NEVER:
+                self._wait(_up(left), step)
+            return
         for _ in range(BEATS):
             if self.is_over or not step.in_phase(self.state):
                 return
             delay = self._next(set(self._fresh(target)))
-            if delay is None or self.machine.time + delay - begun > LONGEST:
+            if delay is None:
                 return
             part = self._kept_fresh(delay, target)
             if not self.is_over and self._wait(_up(part), step):
                 return
+
+    def _time_to(self, step: ExactStep) -> float:
+        """The seconds until time brings an event; 0: that depends on more than a delay."""
+        if step.phase in self._heard:
+            return self._left(step.phase)
+        heres = [f"{p.component}.{self.state[p.place]}" for p in step.partners]
+        clocks = self.machine.clocks.items()
+        return max((t for n, t in clocks if any(stands_in(h, n) for h in heres)), default=0.0)
 
     def _wait(self, time: float, until: ExactStep | None = None) -> bool:
         """Let time pass; whether an event happened then."""
@@ -254,11 +277,12 @@ class Recorder:
         except Disagreement:
             self.is_over = True
         cases |= self._coverage.of_state(self.state)
+        cases |= set() if step is None else through(step, before, self.state)
         if self.machine.stopped is not None:
             self.is_over = True
         expected = (
             *self._applied(step, before),
-            *self._expected(before, sent, assigned, self._stays(step, before)),
+            *self._expected(before, sent, assigned, self._stays(step, before, cases)),
             *self._reasons(),
         )
         self.run.lines.append(RunLine(text, expected, frozenset(cases)))
@@ -273,12 +297,19 @@ class Recorder:
         """Let the plant take an event that the controller reports."""
         found = self._by_name[happening.kind, happening.name, happening.index]
         refusal = None if step is None else self._steps.refusal_of(step)
+        if happening.outcome == "refused" and found is step:
+            if step.after(self.state, parts) is not None:
+                raise Disagreement
+            return self._coverage.of_refused_call(step, self.state, parts)
         if happening.outcome != "applied":
             if found.event.controllable and not found.allowed(self.state):
                 return set()  # there are no data for it
             if found is step and refusal is not None:
                 return self._coverage.of_refusal(step, self.state, parts)
             raise Disagreement
+        cases: set[Case] = set()
+        if step is not None and found is refusal:
+            cases |= self._coverage.of_refusal(step, self.state, parts)
         carried = parts if found is step else refused(parts) if found is refusal else LATE
         carried = self._also.get(found.event.identity, carried)
         if found.event.controllable:
@@ -299,7 +330,7 @@ class Recorder:
         if after is None:
             sent[:] = [one for one in sent if one[0] is not found]
             raise Disagreement
-        cases = self._coverage.of_step(found, self.state, carried, after)
+        cases |= self._coverage.of_step(found, self.state, carried, after)
         self.state = after
         return cases
 
@@ -330,22 +361,34 @@ class Recorder:
     def _reasons(self) -> Iterator[str]:
         """Why commands are disabled, where no run has told that yet."""
         for command in self._steps.commands:
-            if self._steps.guards_others and command.carries:
-                continue  # they depend on what is sent
+            if self._steps.guards_others and self._steps.reads_data(command):
+                continue
+            if command.event.kind is EventKind.CANCEL and self._steps.guards_others:
+                yield from self._cancel(command)
+                continue
             reasons = self._coverage.reasons(command, self.state)
             if reasons is not None and (command.number, reasons) not in self._told:
                 self._told.add((command.number, reasons))
                 yield f"disabled {label(command.event)} because {'; '.join(reasons)}"
 
-    def _stays(self, step: ExactStep | None, before: State) -> set[str]:
+    def _cancel(self, command: ExactStep) -> Iterator[str]:
+        """Whether a goal may be cancelled, where no run has told that yet."""
+        why = frozenset(self._coverage.of_state_of(command, self.state, NOTHING))
+        if command.in_phase(self.state) and (command.number, why) not in self._told:
+            self._told.add((command.number, why))
+            word = "enabled" if command.allowed(self.state) else "disabled"
+            yield f"{word} {label(command.event)}"
+
+    def _stays(self, step: ExactStep | None, before: State, cases: set[Case]) -> set[str]:
         """The components that take part in an event, where no run has told yet that they stay."""
         found = set()
         for partner in () if step is None else step.partners:
-            places = before[partner.place], self.state[partner.place]
-            stay = step and step.number, partner.component, places
+            name = partner.component
+            why = frozenset(c for c in cases if c[0] in ("edge", "stays") and c[2] == name)
+            stay = step and step.number, name, before[partner.place], self.state[partner.place], why
             if stay not in self._told:
                 self._told.add(stay)
-                found.add(partner.component)
+                found.add(name)
         return found
 
     def _expected(
@@ -370,30 +413,46 @@ class Recorder:
 
     def _changes(self, before: State, assigned: set[str], staying: set[str]) -> Iterator[str]:
         lasting = {one.name for one in self._robot.lasting}
-        components = (c for c in self._robot.components if c.behaviour is not None)
-        names = [c.name for c in components if c.name not in lasting]
-        was = places({n: before[n] for n in names if n in before})
-        now = places({n: self.state[n] for n in names if n in self.state})
-        for name, place in now.items():
-            if place != was[name] or name in staying or not self.run.lines:
-                yield f"{name}.{place}"
+        for component in self._robot.components:
+            name, place = component.name, self.state.get(component.name)
+            if place is None or name in lasting:
+                continue
+            if place_of(place) != place_of(before[name]) or name in staying or not self.run.lines:
+                yield f"{name}.{place_of(place)}"
+            if place != before[name]:
+                yield from self._stage(f"{name}.{place_of(place)}", stage_of(place))
         for key, communication in self._robot.communications.items():
             phases, phase = communication.phases, self.state.get(f"~{key}")
             if phases is not None and phase != before[f"~{key}"] and phase != "unheard":
                 yield f"{self._robot.display_names[key]}.{phase}"
         for key, variable in self._robot.variables.items():
             value = self.state[key]
-            plain = not isinstance(variable.type, ArrayType | ObjectType)
-            if (
-                plain
-                and value is not None
-                and " " not in key
-                and (value != before[key] or key in assigned)
-            ):
-                enum = isinstance(variable.type, EnumType)
-                quoted = isinstance(variable.type, StringType)
-                if not (isinstance(value, float) and not math.isfinite(value)):
-                    yield f"{key} = {value if enum else literal_text(value, quoted)}"
+            if value is None or " " in key or not (value != before[key] or key in assigned):
+                continue
+            if isinstance(variable.type, ObjectType):
+                if len(repr(value)) * len(self._robot.variables) > TOLD:
+                    continue
+                yield from islice(self._part(key, variable.type, jsonable(value)), 1)
+            elif not isinstance(variable.type, ArrayType):
+                yield from _equal(key, value, variable.type)
+
+    def _stage(self, state: str, stage: str) -> Iterator[str]:
+        """The stage of a state that performs a command, or that it is in none that is told."""
+        if stage:
+            yield f"{state}.{stage}"
+        else:
+            yield from (f"!{state}.{other}" for other in self._stages.get(state, ()))
+
+    def _part(self, path: str, type_: ObjectType, value: Any) -> Iterator[str]:
+        """The plain parts of an object that are not what a message begins with."""
+        for name, inner in type_.properties:
+            part = value.get(name)
+            if name == "header" or not part:
+                continue
+            if isinstance(inner, ObjectType):
+                yield from self._part(f"{path}.{name}", inner, part)
+            elif not isinstance(inner, ArrayType | EnumType):
+                yield from _equal(f"{path}.{name}", part, inner)
 
 
 SILENT_PARTS: Carried = NOTHING
@@ -405,6 +464,13 @@ def _assigned(step: ExactStep, state: State, parts: Carried) -> Iterator[str]:
         edge = partner.edge(state, parts)
         if edge is not None:
             yield from (key for key, *_ in edge.assigned)
+
+
+def _equal(name: str, value: Any, type_: Type) -> Iterator[str]:
+    """That something has a value, if that can be written."""
+    if not (isinstance(value, float) and not math.isfinite(value)):
+        enum, quoted = isinstance(type_, EnumType), isinstance(type_, StringType)
+        yield f"{name} = {value if enum else literal_text(value, quoted)}"
 
 
 def _parameter(expr: Any) -> float | None:

@@ -214,6 +214,8 @@ class Samples:
 
     def _numbers(self, event: Event, path: tuple[Any, ...]) -> Iterator[float]:
         found = [float(v) for v in self._literals(event, path) if _is_number(v)]
+        if path[-1:] == ("ranges",):
+            found += [_OF_SCANS["range_min"], _OF_SCANS["range_max"]]
         finite = sorted({v for v in found if math.isfinite(v) and abs(v) < 1e30} or {0.0})
         more = {a * b for a in finite for b in finite} if len(finite) < 6 else set()
         more |= {a / b for a in finite for b in finite if b} if len(finite) < 6 else set()

@@ -20,22 +20,26 @@ from robosc.expr.types import IntegerType, domain
 from robosc.language.events import Kind
 from robosc.runtime.values import Undefined
 from robosc.traces.attempts import attempted
-from robosc.traces.coverage import Case, Coverage
+from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
-BUDGET, LEAST = 20000, 60
+BUDGET, LEAST = 40000, 60
 """The most inputs that are tried, and the least, however large a model is."""
 LARGE = 300
 """So many cases a model may have before less is tried: more cases take longer for each input."""
 USUAL, TRIES = 8, 80
-"""So many samples of an event are tried in each node, and more where there are few events."""
+"""So many samples of an event are tried in each node, and more where there are few events; the
+most are tried where its components are for the first time."""
 
-CONVERTED, FIRST = 16, 8
-"""So many samples are tried in the first nodes where enums convert them."""
+CONVERTED = 16
+"""So many samples are tried where enums convert them."""
 
 COUNTED = 6
 """So far states differ in what a model counts."""
+
+FAILURES = 2
+"""An edge that has led elsewhere so often is no way any more."""
 
 SILENT = Sample("", {}, NOTHING)
 """What time brings."""
@@ -48,7 +52,8 @@ class Node:
     """A class of states; ``edges`` are empty until it is expanded."""
 
     state: State
-    kind: tuple[Any, ...]
+    kinds: tuple[Any, Any]
+    """Where it is, without and with its finite variables."""
     number: int
     edges: list[Edge] = field(default_factory=list)
     is_expanded: bool = False
@@ -63,22 +68,31 @@ class InputGraph:
         self.seen: set[Case] = set()
         """All cases that some edge shows."""
         self.tried = 0
+        self.failures: Counter[int] = Counter()
+        """How often an edge has led elsewhere, since it stands for a class of states."""
         self._budget = scaled(BUDGET, coverage)
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
-        self._waiting: list[tuple[int, int, Node]] = []
+        self._waiting: tuple[list[tuple[int, int, Node]], ...] = [], []
+        """The nodes to be expanded, by each of their two kinds: those first of whose kind fewer
+        were. A model may have few places and count a lot, or many places."""
+        self._turn = 0
+        self._places_tried: set[Any] = set()
         self._converted: set[int] = set()
         """The events of whose value an enum makes another one."""
         self._promising: deque[tuple[Node, ExactStep, Sample]] = deque()
         near: dict[Case, set[Case]] = {}
         for case in coverage.cases:
-            if case[0] in ("demand", "edge", "provide") and case[-1]:
+            if case[0] in ("demand", "edge", "made", "provide") and case[-1]:
                 for value in (True, False):
                     near.setdefault((*case[:-2], value, ""), set()).add(case)
         self._near = {case: frozenset(others) for case, others in near.items()}
         robot = steps.robot
         self._atoms = list({id(a): a for a in coverage.atoms()}.values())
         self._finite = [k for k, v in robot.variables.items() if domain(v.type) is not None]
+        self._infinite = [k for k in robot.variables if k not in self._finite]
+        self._correcting = [k for k in steps.correcting() if k in self._infinite]
+        self._begun = [p for p in steps.initial if p.startswith("@")]
         self._counters = [k for k in dict.fromkeys(_counters(steps)) if k not in self._finite]
         self._places = [c.name for c in robot.components if c.behaviour is not None]
         calls = (Kind.OUTGOING, Kind.INCOMING)
@@ -92,10 +106,11 @@ class InputGraph:
         self._samples = samples
         self._meant = meanings(steps.robot, not steps.follows) if steps.guards_others else {}
         robots = steps.inputs
-        self._usual = max(USUAL, TRIES // max(1, len(robots)))
         self._inputs = [(s, self._distinct(s)) for s in robots]
-        read = [s for s, samples in self._inputs if s.event.controllable and len(samples) > 1]
-        self._attempts = max(USUAL, TRIES // max(1, len(read)))
+        read = [s for s in robots if s.event.controllable and steps.reads_data(s)]
+        usual, attempts = (max(USUAL, TRIES // max(1, len(found))) for found in (robots, read))
+        self._most = {s.number: usual for s in robots}
+        self._most |= {s.number: attempts if s in read else 1 for s in steps.commands}
         state = steps.initial
         for step, before, after in steps.settled(state):
             self.seen |= coverage.of_step(step, before, step.carried(before), after)
@@ -104,15 +119,18 @@ class InputGraph:
         self.start = self.node(state)
 
     def node(self, state: State) -> Node:
-        kind, key = self._key(state)
+        kinds, key = self._key(state)
         found = self._nodes.get(key)
         if found is None:
-            found = self._nodes[key] = Node(state, kind, len(self._nodes))
-            heapq.heappush(self._waiting, (self._expanded[kind], found.number, found))
+            found = self._nodes[key] = Node(state, kinds, len(self._nodes))
+            for kind, waiting in zip(kinds, self._waiting, strict=True):
+                heapq.heappush(waiting, (self._expanded[kind], found.number, found))
         return found
 
     def _key(self, state: State) -> tuple[Any, Any]:
+        finite = tuple(repr(state[k]) for k in self._finite)
         kind = (*(state.get(n) for n in self._places), *(state[p] for p in self._calls))
+        kinds = kind, (kind, finite)
         atoms = []
         for atom in self._atoms:
             try:
@@ -121,10 +139,11 @@ class InputGraph:
                 atoms.append(None)
         rest = (
             *(state[p] for p in self._messages),
-            *(repr(state[k]) for k in self._finite),
+            *(repr(state[k]) for k in self._correcting),
+            *(state[p] for p in self._begun),
             *(max(-COUNTED, min(COUNTED, state[k] or 0)) for k in self._counters),
         )
-        return kind, (kind, rest, tuple(atoms))
+        return kinds, (kinds[1], rest, tuple(atoms))
 
     def explore(self) -> None:
         """Expand nodes until all cases are seen, or the budget is spent."""
@@ -133,14 +152,23 @@ class InputGraph:
         while self.tried < self._budget and not wanted <= self.seen:
             if self._promising:
                 self._refine(*self._promising.popleft())
-            elif self._waiting:
-                times, number, node = heapq.heappop(self._waiting)
-                if self._expanded[node.kind] > times:
-                    heapq.heappush(self._waiting, (self._expanded[node.kind], number, node))
-                else:
-                    self.expand(node)
-            else:
+            elif not self._expand_next():
                 break
+
+    def _expand_next(self) -> bool:
+        """Expand a node, in turn by each kind; False: there is none."""
+        self._turn = 1 - self._turn
+        waiting = self._waiting[self._turn]
+        while waiting:
+            times, number, node = heapq.heappop(waiting)
+            expanded = self._expanded[node.kinds[self._turn]]
+            if node.is_expanded:
+                continue
+            if expanded <= times:
+                self.expand(node)
+                return True
+            heapq.heappush(waiting, (expanded, number, node))
+        return False
 
     def _distinct(self, step: ExactStep) -> list[Sample]:
         """The samples of an event that differ in what they do, wherever its components are."""
@@ -151,16 +179,40 @@ class InputGraph:
             samples = [s for s in self._samples.of(step.event) if is_meant(self._meant, key, s.raw)]
             return samples[:TRIES]
         states = self._places_of(step)
-        found: dict[Any, Sample] = {}
+        found: dict[Any, list[tuple[Sample, list[State | None]]]] = {}
         for sample in self._samples.of(step.event):
-            ends = (step.after(state, sample.parts) for state in states)
-            keys = tuple(None if end is None else self._key(end)[1] for end in ends)
-            found.setdefault(keys, sample)
+            ends = [step.after(state, sample.parts) for state in states]
+            keys = tuple(self._shown(step, s, sample, e) for s, e in zip(states, ends, strict=True))
+            alike = found.setdefault(keys, [(sample, ends)])
+            if len(alike) == 1 and self._differ(alike[0][1], ends):
+                alike.append((sample, ends))
+        firsts = [alike[0][0] for alike in found.values()]
         if self._samples.converts(step.event):
-            more = self._samples.of(step.event)[:CONVERTED]
+            firsts += self._samples.of(step.event)[:CONVERTED]
             self._converted.add(step.number)
-            return list(dict.fromkeys([*found.values(), *more]))
-        return list(found.values())
+        seconds = [sample for alike in found.values() for sample, _ in alike[1:]]
+        return list(dict.fromkeys([*firsts, *seconds]))
+
+    def _shown(self, step: ExactStep, state: State, sample: Sample, end: State | None) -> Any:
+        """What a sample does in a state."""
+        if end is not None:
+            return self._key(end)[1], frozenset(
+                self.coverage.of_step(step, state, sample.parts, end)
+            )
+        if self.steps.refuses(step, state):
+            return frozenset(self.coverage.of_refused_call(step, state, sample.parts))
+        if self.steps.refusal_of(step) is None:
+            return None
+        return frozenset(self.coverage.of_refusal(step, state, sample.parts))
+
+    def _differ(self, ends: list[State | None], others: list[State | None]) -> bool:
+        """Whether all that decides nothing has become something else, where it was assigned."""
+        pairs = [(a, b) for a, b in zip(ends, others, strict=True) if a and b]
+        return all(
+            a[key] != b[key] or a[key] == self.steps.initial[key] == b[key]
+            for a, b in pairs
+            for key in self._infinite
+        ) and any(a != b for a, b in pairs)
 
     def _places_of(self, step: ExactStep) -> list[State]:
         """States in which each component is at each place that it leaves with an event."""
@@ -179,12 +231,13 @@ class InputGraph:
         if node.is_expanded or self.tried > 2 * self._budget:
             return
         node.is_expanded = True
-        self._expanded[node.kind] += 1
+        self._expanded.update(node.kinds)
         for step, samples in self._inputs:
             if step.event.kind.sent or step.in_phase(node.state):
-                is_first = step.number in self._converted and node.number < FIRST
-                usual = self._attempts if step.event.controllable else self._usual
-                self._try(node, step, samples[: CONVERTED if is_first else usual])
+                places = step.number, tuple(node.state[p.place] for p in step.partners)
+                usual = TRIES if places not in self._places_tried else self._most[step.number]
+                self._try(node, step, samples[:usual])
+                self._places_tried.add(places)
 
     def _refine(self, node: Node, step: ExactStep, sample: Sample) -> None:
         """Try what differs little from a sample that has shown that a number decides."""
@@ -215,10 +268,12 @@ class InputGraph:
         """The state after an input and all that follows, and the cases that it shows; None if it is
         not possible, or if fields of 32 bits make a difference."""
         cases: set[Case] = set()
-        parts, rounded = sample.parts, sample.rounded
+        parts, rounded, begun = sample.parts, sample.rounded, state
         if step.event.controllable:
             return self._attempted(state, step, parts)
         after = step.after(state, parts)
+        if after is None and self.steps.refuses(step, state):
+            return state, frozenset(self.coverage.of_refused_call(step, state, parts))
         if after is None and (refusal := self.steps.refusal_of(step)) is not None:
             cases |= self.coverage.of_refusal(step, state, parts)
             step, parts = refusal, refused(parts)
@@ -243,7 +298,7 @@ class InputGraph:
         for taken, before, after in self.steps.settled(state):
             cases |= self.coverage.of_step(taken, before, taken.carried(before), after)
             state = after
-        cases |= self.coverage.of_state(state)
+        cases |= self.coverage.of_state(state) | through(step, begun, state)
         return state, frozenset(cases)
 
     def _attempted(
@@ -271,6 +326,8 @@ class InputGraph:
             if reach is not None and depth > reach:
                 break
             for edge in node.edges:
+                if self.failures[id(edge)] >= FAILURES:
+                    continue
                 count = len(edge[2] & wanted)
                 if count and (best is None or count > best[0]):
                     best, reach = (count, node, edge), depth
@@ -290,7 +347,7 @@ class InputGraph:
 
 def scaled(most: int, coverage: Coverage) -> int:
     """The number of inputs that takes no longer with the cases of a large model."""
-    return max(LEAST, int(most * min(1.0, LARGE / len(coverage.cases or "1")) ** 2))
+    return max(LEAST, int(most * min(1.0, LARGE / len(coverage.cases or "1"))))
 
 
 def _counters(steps: Steps) -> Iterator[str]:

@@ -179,8 +179,14 @@ class Condition:
 
     @staticmethod
     def _named(name, state):
-        if name in state["variables"]:
-            return state["variables"][name]
+        variables = state["variables"]
+        head, _, last = name.rpartition(".")
+        for whole in (name, "%s %s" % (head, last)):  # a stage of a state stands behind a blank
+            if whole in variables:
+                return variables[whole]
+        for whole, value in variables.items():
+            if name.startswith(whole + ".") and isinstance(value, dict):
+                return part_of(value, name[len(whole) + 1 :])
         heads = [h for h in state["components"] if name.startswith(h + ".")]
         for head in heads:
             place, rest = state["components"][head], name[len(head) + 1 :]

@@ -22,7 +22,9 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-UNSHOWN = [
+SHOWN, CASES, INPUTS = 53, 88, 3261
+UNREACHABLE = []
+NOT_FOUND = [
     (
         "say.request, requirement {say, count} needs Eye.lit => Count.items > 0 "
         "(gauntlet.rscd:90): Count.items > 0, just below the number, alone decides"
@@ -32,36 +34,45 @@ UNSHOWN = [
         "(gauntlet.rscd:90): Count.items > 0, just below the number, alone decides"
     ),
     "scan.response in Arm (line 51), which changes Arm.tries",
-    "down.response in Count (line 35): value < 4, just above the number, alone decides",
+    "down.response in Count (line 35, to open): value < 4, just above the number, alone decides",
     "down.response in Count (line 36), which changes Count.items",
     "down.response in Count (line 36): value = 4, which is false, alone decides",
     "down.response in Count (line 36): value = 4, just below the number, alone decides",
     "down.response in Count (line 36): value = 4, just above the number, alone decides",
-    "Count.tau1 as expected (line 32): Count.items = 4, just above the number, alone decides",
-    "reach.request in Arm (line 50)",
-    "reach.request in Arm (line 50), which changes Arm.tries",
+    (
+        "Count.tau1 as expected (line 32, to full): Count.items = 4, just above the number, alone "
+        "decides"
+    ),
+    "reach.request in Arm (line 50, to moving)",
+    "reach.request in Arm (line 50, to moving), which changes Arm.tries",
     "reach.response while busy",
     "reach.response while cancelling",
-    "reach.response in Arm (line 55)",
-    "reach.response in Arm (line 55), which changes Arm.grade",
+    "reach.response in Arm (line 55, to initial)",
+    "reach.response in Arm (line 55, to initial), which changes Arm.grade",
     "reach.feedback while busy",
     "reach.feedback in Arm (line 54)",
     "reach.feedback in Arm (line 54), which changes Arm.progress",
     "reach.error while busy",
     "reach.error while cancelling",
-    "reach.error in Arm (line 56)",
-    "reach.error in Arm (line 56), which changes Arm.grade",
+    "reach.error in Arm (line 56, to initial)",
+    "reach.error in Arm (line 56, to initial), which changes Arm.grade",
     "reach.cancelled while cancelling",
-    "reach.cancelled in Arm (line 57)",
-    "set_level.request in Lamp (line 70)",
-    "set_level.request in Lamp (line 70), which changes Lamp.level",
+    "reach.cancelled in Arm (line 57, to initial)",
+    "set_level.request in Lamp (line 70, to working)",
+    "set_level.request in Lamp (line 70, to working), which changes Lamp.level",
     "set_level.response",
-    "set_level.response in Lamp (line 73)",
-    "set_level.response in Lamp (line 73), which changes Lamp.ok",
-    "set_level.response as expected (line 63)",
-    "set_level.response as expected (line 63): value.success, which is true, alone decides",
-    "set_level.response as expected (line 63): value.success, which is false, alone decides",
+    "set_level.response in Lamp (line 73, to resting)",
+    "set_level.response in Lamp (line 73, to resting), which changes Lamp.ok",
+    "set_level.response as expected (line 63, to idle)",
+    (
+        "set_level.response as expected (line 63, to idle): value.success, which is true, alone "
+        "decides"
+    ),
+    (
+        "set_level.response as expected (line 63, to idle): value.success, which is false, alone "
+        "decides"
+    ),
     "set_level.error while busy",
-    "set_level.error in Lamp (line 74)",
-    "set_level.error in Lamp (line 74), which changes Lamp.ok",
+    "set_level.error in Lamp (line 74, to resting)",
+    "set_level.error in Lamp (line 74, to resting), which changes Lamp.ok",
 ]

@@ -16,9 +16,11 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-UNSHOWN = [
-    "Flame.tau1 as expected (line 21): Sky.light = dark, which is false, alone decides",
-    "Flame.tau2 as expected (line 22)",
-    "Flame.tau2 as expected (line 22): Sky.light != dark, which is true, alone decides",
-    "Flame.tau2 as expected (line 22): Sky.light != dark, which is false, alone decides",
+SHOWN, CASES, INPUTS = 16, 20, 26
+UNREACHABLE = []
+NOT_FOUND = [
+    "Flame.tau1 as expected (line 21, to burning): Sky.light = dark, which is false, alone decides",
+    "Flame.tau2 as expected (line 22, to cold)",
+    "Flame.tau2 as expected (line 22, to cold): Sky.light != dark, which is true, alone decides",
+    "Flame.tau2 as expected (line 22, to cold): Sky.light != dark, which is false, alone decides",
 ]
