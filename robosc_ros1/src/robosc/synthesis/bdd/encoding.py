@@ -277,6 +277,7 @@ class Encoding:
 
     def where(self, states: Bdd, condition: Expr) -> Bdd:
         """Return the states of a set in which a condition is true."""
+        self.manager.make_room()
         if self._piecewise and not may_be_undefined(condition):
             return self._narrowed(states, condition)
         return states & self.holds(condition)

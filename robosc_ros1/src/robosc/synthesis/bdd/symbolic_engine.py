@@ -325,7 +325,6 @@ class SymbolicEngine:
         left = states
         length = 0
         while left != self.manager.false:
-            self.manager.make_room()
             before = self.manager.union(
                 self.relations.preimage(disjunct, left) & left for disjunct in transitions
             )
