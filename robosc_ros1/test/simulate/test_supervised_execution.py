@@ -14,7 +14,9 @@ from ros_support import EXAMPLES, Completed
 from runtime.schemas import validate
 from simulate.players import play, session
 
+from robosc.runtime.values import jsonable
 from robosc.simulate.machines.machine import Happening, Machine, label
+from robosc.simulate.script.render import Style, session_text
 from robosc.simulate.start import machine_maker
 from robosc.simulate.values.event_data import complete
 
@@ -79,6 +81,86 @@ def test_goals_calls_and_messages_of_one_field() -> None:
     assert refused[1] == "blocked" and "becomes -1.0" in refused[3]
     machine.undo(1)
     assert machine.state.phases["Hoist.set_level"] == "busy"
+
+
+def test_the_one_field_of_a_message_of_ros_is_corrected_by_its_name() -> None:
+    machine = machine_of(CRANE)
+    (gear,) = told(fire(machine, "gear.request", {"data": 1}))
+    assert gear[1:3] == ("applied", {"data": 100})
+    assert gear[3].startswith("corrected: data 1 becomes 100")
+    assert told(fire(machine, "gear.request", {"data": 0}))[0][1:] == ("applied", {"data": 0}, "")
+
+
+WHOLES = """
+robot K {
+    datatype object Speeds { linear: Axes angular: Axes }
+    datatype object Axes { x: double z: double }
+    interface speeds use Twist from some_msgs
+    interface axes use Vector3 from some_msgs
+    component Base {
+        outgoing message wish with timeout: 1 s, type: Axes links axes
+        incoming message drive with type: Speeds links speeds
+        incoming message halt with type: Axes links axes
+        behaviour {
+            variable wished: Axes
+            variable all_: Speeds
+            variable linear: Axes
+            variable halted: Axes
+            on response from wish do wished := value
+            on request to drive do all_ := value, linear := value.linear
+            on request to halt do halted := value
+            initial marked state on_ {}
+        }
+    }
+    requirement drive needs wish.fresh and value.linear.x <= 0.5
+    provide drive with { linear: Base.wished } if value.linear.x < 0.0
+    provide drive with { linear: { x: min(value.linear.x, 0.5) } }
+    provide halt with { x: 2.0 }
+    stop with halt
+}
+"""
+
+
+def test_a_correction_sets_wholes_and_what_lies_in_them() -> None:
+    player = session(supervisor_of(WHOLES, supervises=True), execute=True)
+    play(player, "set stop_command halt", "wish x: 0.25, z: 0.125")
+
+    def held(name: str) -> Any:
+        return jsonable(player.machine.state.variables[f"Base.{name}"])
+
+    play(player, "drive linear.x: 3, linear.z: 1, angular.x: 4", "expect sent drive")
+    assert held("linear") == {"x": 0.5, "z": 1.0}
+    assert held("all_") == {"linear": {"x": 0.5, "z": 1.0}, "angular": {"x": 4.0, "z": 0.0}}
+    (done,) = play(player, "drive linear.x: -3, linear.z: 1").happenings
+    assert held("linear") == held("all_")["linear"] == {"x": 0.25, "z": 0.125}
+    changes = done.judged["corrected"]["fields"] if done.judged else {}
+    assert changes == {
+        "linear.x": {"sent": -3.0, "made": 0.25},
+        "linear.z": {"sent": 1.0, "made": 0.125},
+    }
+    play(player, "wait 2", "expect sent halt")
+    assert held("halted") == {"x": 2.0, "z": 0.0}
+
+
+LOCK = """
+robot K {
+    component Door {
+        incoming message lock with type: boolean
+        behaviour {
+            initial marked state open { on request to lock if value goto locked }
+            marked state locked { on request to lock if !value goto open }
+        }
+    }
+    stop with nothing
+}
+"""
+
+
+def test_the_menu_has_each_case_of_what_may_be_asked() -> None:
+    player = session(supervisor_of(LOCK, supervises=True), execute=True)
+    assert [choice.text for choice in player.menu()] == ["lock.request(false)", "lock.request(true)"]
+    shown = session_text(player, Style(False))
+    assert "the guarded controller may ask for" in shown
 
 
 def test_at_random_it_goes_on_and_stops_nowhere() -> None:

@@ -7,14 +7,18 @@ sent by itself but the command of ``stop``.
 
 from __future__ import annotations
 
+import copy
 import json
 import random
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
+from robosc.expr import types
 from robosc.expr.traversal import path_text
 from robosc.language.events import EventKind, Kind
+from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
 from robosc.runtime import calls, matching, port, reasons, recorder, values
@@ -25,14 +29,17 @@ from robosc.simulate.machines import execute, generated, machine
 from robosc.simulate.values import event_data
 from robosc.simulate.values.drawn_values import random_raw
 from robosc.simulate.values.literals import Path
+from robosc.simulate.values.typed_values import default_part
 from robosc.supervisor import Supervisor
 
 
 class _Port(execute.Clockwork, SupervisorPort):
     """The clock, the requests that are open, and what was blocked."""
 
-    def __init__(self) -> None:
+    def __init__(self, blank: Mapping[str, event_data.Given]) -> None:
         super().__init__()
+        self._blank = blank
+        """The parts that are read of each command, as a message has them that nobody filled in."""
         self.documents: list[dict[str, Any]] = []
         self.sent: dict[str, list[Any]] = {}
         """What was passed on and is not told yet, by key: also what nothing reads."""
@@ -52,18 +59,19 @@ class _Port(execute.Clockwork, SupervisorPort):
         self.documents.append(json.loads(text))
 
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
-        return {**message, **dict(_leaves(data))}
+        return _with_fields(message, data)
 
     def composed(self, key: str, data: dict[str, Any] | None) -> Any:
-        return dict(_leaves(data or {}))
+        return _with_fields(self._blank[key], data or {})
 
     def changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
         """Typed values have no fields but those that the model reads, by path."""
+        before = dict(_leaves(sent))
         return {
-            path_text(path): {"sent": values.jsonable(sent.get(path, type(value)())),
+            path_text(path): {"sent": values.jsonable(before.get(path, type(value)())),
                               "made": values.jsonable(value)}
-            for path, value in made.items()
-            if value != sent.get(path, type(value)())
+            for path, value in dict(_leaves(made)).items()
+            if value != before.get(path, type(value)())
         }  # fmt: skip
 
     def content(self, message: Any) -> Any:
@@ -78,14 +86,15 @@ class SupervisedExecution(execute.Execution):
         self._keys = {names[key]: key for key in supervisor.plant.robot.communications}
         super().__init__(supervisor, settings)
         asked = {
-            (e.key, e.kind): e
+            (e.key, e.kind): e.whole or e
             for e in self.plant.events
             if e.controllable and not e.kind.of_component
         }
         self._inputs = (*self._inputs, *asked.values())
 
     def _make(self) -> Engine[Any]:
-        self._port = _Port()
+        commands = (e for e in self.plant.events if e.controllable and e.kind is EventKind.REQUEST)
+        self._port = _Port({e.key: _blank(self.plant.robot, e) for e in commands})
         self._clock = self._port
         self._controller = generated.make_controller(self.supervisor)
         execute.read_given(self._controller, self.plant)
@@ -177,10 +186,52 @@ def _told(correction: Mapping[str, Any]) -> str:
     return f"corrected: {changes} ({correction['place']})"
 
 
-def _leaves(data: Mapping[str, Any], path: Path = ()) -> Iterator[tuple[Path, Any]]:
-    """The fields of nested data by path; that of a message with one field is ``()``."""
-    for name, value in data.items():
-        if isinstance(value, dict):
-            yield from _leaves(value, (*path, name))
+def _blank(robot: Robot, event: Event) -> event_data.Given:
+    """The parts of a command that are read, or its whole value, as they are by default."""
+    communication = robot.communications[event.key]
+    whole = communication.value_type(event.kind)
+    named = isinstance(whole, types.NoneType | types.ObjectType)
+    parts = value_parts(robot, event) if named else {(): whole}
+    return {path: default_part(type_) for path, type_ in parts.items()}
+
+
+def _with_fields(message: event_data.Given, fields: Mapping[str, Any]) -> dict[Path, Any]:
+    """What was typed, with fields set: in the parts that it has, in those around and within them."""
+    made = copy.deepcopy(dict(message))
+    for path, value in _leaves({(name,): part for name, part in fields.items()}):
+        around = [whole for whole in made if whole == path[: len(whole)] != path]
+        for whole in around:
+            made[whole] = _with_part(made[whole], path[len(whole) :], value)
+        for part in [part for part in made if part[: len(path)] == path]:
+            made[part] = _part(value, part[len(path) :])
+        if not around:
+            made[path] = value
+    return made
+
+
+def _with_part(whole: Any, path: Path, value: Any) -> Any:
+    """A whole in which a part is set; what has no parts is the value of its message's one field."""
+    if not path or not isinstance(whole, SimpleNamespace):
+        return value
+    parts = vars(whole)
+    return SimpleNamespace(**{**parts, path[0]: _with_part(parts[path[0]], path[1:], value)})
+
+
+def _part(whole: Any, path: Path) -> Any:
+    """A part of a value; None for an element of an array that it does not have."""
+    for step in path:
+        if isinstance(step, str):
+            whole = None if whole is None else vars(whole)[step]
         else:
-            yield ((*path, name) if name and (path or name != "data") else ()), value
+            whole = whole[step] if step < len(whole) else None
+    return whole
+
+
+def _leaves(parts: Mapping[Path, Any]) -> Iterator[tuple[Path, Any]]:
+    """The values by path, with the members of objects in the place of the objects."""
+    for path, value in parts.items():
+        members = vars(value) if isinstance(value, SimpleNamespace) else value
+        if isinstance(members, dict):
+            yield from _leaves({(*path, name): member for name, member in members.items()})
+        else:
+            yield path, value

@@ -50,7 +50,8 @@ def _session_lines(session: Session, style: Style) -> Iterator[str]:
     menu = session.menu()
     width = len(str(len(menu)))
     data = {id(c.event): c.data for c in machine.commands()}
-    for title, controllable in (("uncontrollable events", False), ("enabled commands", True)):
+    asked = "enabled commands" if machine.time is None else "the guarded controller may ask for"
+    for title, controllable in (("uncontrollable events", False), (asked, True)):
         entries = [(n, c) for n, c in enumerate(menu, 1) if c.event.controllable is controllable]
         if not entries and (controllable or not menu):
             continue
@@ -100,7 +101,8 @@ def _command_lines(machine: Machine, style: Style) -> Iterator[str]:
     executing = machine.time is not None
     enabled = [c for c in commands if c.enabled]
     if executing and enabled:
-        yield style(BOLD, "the controller commands")
+        guards = machine.plant.robot.supervises
+        yield style(BOLD, "enabled commands" if guards else "the controller commands")
         for command in enabled:
             times = "once" if command.count == 1 else f"{command.count} times"
             sent = style(DIM, f"  sent {times}") if command.count else ""
