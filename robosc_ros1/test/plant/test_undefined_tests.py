@@ -7,7 +7,7 @@ from model.model_text import resolve
 
 from robosc.language.events import EventKind
 from robosc.plant.build import lower
-from robosc.plant.step import outcome, valuations
+from robosc.plant.step import Verdict, outcome, valuations
 
 MODEL = """
 datatype object Data {{ ranges: array({}) n: integer }}
@@ -67,3 +67,45 @@ def test_what_a_delayed_transition_computes_is_left_open() -> None:
         "S.x > 3",
         "!(S.x > 3)",
     }
+
+
+ELSE = """
+datatype object Data {{ ranges: array(double) }}
+interface data use Data from example_msgs
+component A {{
+    outgoing message data with type: Data links data
+    behaviour {{
+        initial state s {{
+            on response from data if {} goto t
+            on response from data else goto u
+        }}
+        marked state t {{}}
+        marked state u {{}}
+    }}
+}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("guard", "ways"),
+    [
+        (
+            "value.ranges[2] >= 3.0",
+            {"ranges[2] >= 3.0": "t", "!(ranges[2] >= 3.0)": "u", "missing": "u"},
+        ),
+        (
+            "!(value.ranges[2] >= 3.0)",
+            {"ranges[2] >= 3.0": "u", "!(ranges[2] >= 3.0)": "t", "missing": "u"},
+        ),
+        ("defined(value.ranges[2])", {"any": "t", "missing": "u"}),
+    ],
+)
+def test_else_asks_nothing_new_of_an_element(guard: str, ways: dict[str, str]) -> None:
+    plant = lower(resolve(ELSE.format(guard)))
+    (event,) = (e for e in plant.events if e.kind is EventKind.RESPONSE)
+    (parameter,) = event.parameters
+    found = {}
+    for (value,) in valuations(event):
+        after = outcome(plant, event, (value,), plant.initial)
+        found[parameter.shown(value)] = after if isinstance(after, Verdict) else "stu"[after[0]]
+    assert found == ways

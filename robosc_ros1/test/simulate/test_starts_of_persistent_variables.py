@@ -55,6 +55,8 @@ def test_lines_start_with_values(execute: bool) -> None:
         with pytest.raises(InvalidLine):
             session.do(wrong)
         session.do("expect Tour.next = 3")
+    with pytest.raises(InvalidLine, match="cannot start with true:"):
+        session.do("start next: true")
 
 
 def test_without_persistent_variables_it_is_a_name_as_any() -> None:

@@ -158,7 +158,10 @@ robot K {
 
 def test_the_menu_has_each_case_of_what_may_be_asked() -> None:
     player = session(supervisor_of(LOCK, supervises=True), execute=True)
-    assert [choice.text for choice in player.menu()] == ["lock.request(false)", "lock.request(true)"]
+    assert [choice.text for choice in player.menu()] == [
+        "lock.request(false)",
+        "lock.request(true)",
+    ]
     shown = session_text(player, Style(False))
     assert "the guarded controller may ask for" in shown
 

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 _REGION = re.compile(
-    r"(^[^\n]*\bbegin of your own lines\b[^\n]*\n)(.*?)(^[^\n]*\bend of your own lines\b)",
+    r"(begin of your own lines\b[^\n]*\n)(.*?)(^[^\n]*\bend of your own lines\b)",
     re.DOTALL | re.MULTILINE,
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
@@ -102,7 +103,8 @@ def with_starts(robot: entities.Robot, values: Mapping[str, Any]) -> entities.Ro
             raise ValueError(f"'{name}' is no persistent variable{known}")
         allowed = types.domain(stays[keys[0]].type)
         if allowed is None or not is_one_of(value, allowed):
-            raise ValueError(f"{keys[0]} cannot start with {value!r}: it is {stays[keys[0]].type}")
+            told = json.dumps(value, default=repr)
+            raise ValueError(f"{keys[0]} cannot start with {told}: it is {stays[keys[0]].type}")
         chosen[keys[0]] = value
 
     def started(component: entities.Component) -> entities.Component:

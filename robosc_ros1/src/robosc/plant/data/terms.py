@@ -141,19 +141,32 @@ def sides_of(expr: tree.Expr) -> tuple[tree.Expr, ...]:
 def element_asked_for(test: tree.Expr) -> tree.Part | None:
     """Return the part of a variable that a test compares with a constant; None if it is another
     test."""
-    if not isinstance(test, tree.Holds):
-        return None
-    asked = test.operand
-    while isinstance(asked, tree.Unary) and asked.operator == "!":
-        asked = asked.operand
-    sides = [side for side in sides_of(asked) if not is_constant(side)]
-    found = sides[0] if len(sides) == 1 else None
+    found = _asked_for(test)
     found = found.argument if isinstance(found, tree.Convert) else found
     return (
         found
         if isinstance(found, tree.Part) and isinstance(found.operand, tree.VariableRef)
         else None
     )
+
+
+def _asked_for(test: tree.Expr) -> tree.Expr | None:
+    """Return what a test compares with a constant, or asks for; None if it compares several."""
+    if not isinstance(test, tree.Holds):
+        return None
+    asked = test.operand
+    while isinstance(asked, tree.Unary) and asked.operator == "!":
+        asked = asked.operand
+    sides = [side for side in sides_of(asked) if not is_constant(side)]
+    return sides[0] if len(sides) == 1 else None
+
+
+def _asks_of_event(test: tree.Holds) -> bool:
+    """Whether the part of ``value`` that comes with an event, or does not, decides a test."""
+    found = _asked_for(test)
+    if isinstance(found, tree.Convert) and compared_in_rules(found) is not None:
+        found = found.argument
+    return isinstance(found, tree.ValueRef) and any(isinstance(step, int) for step in found.path)
 
 
 def kept_where_undefined(variable: tree.VariableRef, value: tree.Expr) -> tree.Expr:
@@ -230,6 +243,8 @@ class Terms:
             ):
                 return expr
             case tree.Convert() if compared_in_rules(expr) is not None:
+                return expr
+            case tree.Holds() if _asks_of_event(expr):
                 return expr
         if not reads_data(expr):
             return self._whole(expr)

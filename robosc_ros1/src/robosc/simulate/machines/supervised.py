@@ -196,7 +196,7 @@ def _blank(robot: Robot, event: Event) -> event_data.Given:
 
 
 def _with_fields(message: event_data.Given, fields: Mapping[str, Any]) -> dict[Path, Any]:
-    """What was typed, with fields set: in the parts that it has, in those around and within them."""
+    """What was typed, with fields set: in the parts that it has, around them and within them."""
     made = copy.deepcopy(dict(message))
     for path, value in _leaves({(name,): part for name, part in fields.items()}):
         around = [whole for whole in made if whole == path[: len(whole)] != path]
@@ -213,8 +213,9 @@ def _with_part(whole: Any, path: Path, value: Any) -> Any:
     """A whole in which a part is set; what has no parts is the value of its message's one field."""
     if not path or not isinstance(whole, SimpleNamespace):
         return value
-    parts = vars(whole)
-    return SimpleNamespace(**{**parts, path[0]: _with_part(parts[path[0]], path[1:], value)})
+    parts, name = dict(vars(whole)), str(path[0])
+    parts[name] = _with_part(parts[name], path[1:], value)
+    return SimpleNamespace(**parts)
 
 
 def _part(whole: Any, path: Path) -> Any:
