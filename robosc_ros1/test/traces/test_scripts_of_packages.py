@@ -56,6 +56,16 @@ def test_what_is_proved_unreachable_is_not_shown(name: str) -> None:
         assert not traces.shown & unreachable(traces.coverage)
 
 
+@pytest.mark.parametrize("guards", [False, True])
+def test_every_command_to_one_of_many_robots_is_shown(guards: bool) -> None:
+    """A zone is free once the robot before has said the number of the next one, which is data."""
+    robot = pipeline.load(model_of("zones"), pipeline.Options(supervises=guards)).robot
+    traces = choose(pipeline.synthesize(robot))
+    commands = {case for case in traces.cases if case[0] == "sent"}
+    assert len(commands) == 8
+    assert commands <= traces.shown
+
+
 def test_why_something_is_not_shown() -> None:
     """The tries are counted from 0 to 2, so none is above; numbers of the robot have no end."""
     supervisor = supervisor_of("navigation")

@@ -13,10 +13,8 @@ from itertools import pairwise
 from typing import Any, TypeAlias
 
 from robosc.emit.package.config import shared_topics
-from robosc.expr.traversal import path_text
-from robosc.expr.tree import (
-    REASON,
-)
+from robosc.expr.traversal import path_text, walk
+from robosc.expr.tree import REASON, Binary, VariableRef
 from robosc.expr.types import (
     ArrayType,
     BooleanType,
@@ -27,6 +25,7 @@ from robosc.expr.types import (
     ObjectType,
     StringType,
     Type,
+    domain,
 )
 from robosc.language.events import EventKind, Kind
 from robosc.language.reasons import FAILED, REFUSED
@@ -210,7 +209,23 @@ class Samples:
         names = self._read_by.get((event.identity, path), frozenset())
         wide = self._read_by.get((event.identity, None), frozenset())
         near = [v for e, reads in self._expressions if reads & names for v in constants(e)]
+        near = near or [v for k in self._beside(names) for v in self._values_of(k)]
         return near or [v for e, reads in self._expressions if reads & wide for v in constants(e)]
+
+    def beside(self, event: Event) -> dict[str, list[Any]]:
+        """The variables with few values with which a part of the event's value is compared."""
+        found = self._beside(frozenset({event.identity}))
+        return {key: self._values_of(key) for key in found if self._values_of(key)}
+
+    def _beside(self, names: frozenset[Any]) -> list[str]:
+        """The variables that are compared, without any constant, with what has one of the names."""
+        parts = (e for e, reads in self._expressions if reads & names and not list(constants(e)))
+        leaves = (leaf for e in parts if isinstance(e, Binary) for leaf in walk(e))
+        return list(dict.fromkeys(leaf.key for leaf in leaves if isinstance(leaf, VariableRef)))
+
+    def _values_of(self, key: str) -> list[Any]:
+        values = domain(self.robot.variables[key].type)
+        return [] if values is None or len(values) > BASES else list(values)
 
     def _numbers(self, event: Event, path: tuple[Any, ...]) -> Iterator[float]:
         found = [float(v) for v in self._literals(event, path) if _is_number(v)]

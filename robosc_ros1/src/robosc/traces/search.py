@@ -11,6 +11,7 @@ import heapq
 from collections import Counter, deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import combinations, islice
 from typing import Any, TypeAlias
 
 from robosc.emit.supervisor.meant_messages import is_meant, meanings
@@ -67,6 +68,7 @@ class InputGraph:
         self.coverage = coverage
         self.seen: set[Case] = set()
         """All cases that some edge shows."""
+        self._commands = {case for case in coverage.cases if case[0] == "sent"}
         self.tried = 0
         self.failures: Counter[int] = Counter()
         """How often an edge has led elsewhere, since it stands for a class of states."""
@@ -146,7 +148,8 @@ class InputGraph:
         return kinds, (kinds[1], rest, tuple(atoms))
 
     def explore(self) -> None:
-        """Expand nodes until all cases are seen, or the budget is spent."""
+        """Expand nodes until all cases are seen, or the budget is spent; for commands that are
+        not seen then, spend it once more."""
         wanted = self.coverage.cases.keys()
         self.expand(self.start)
         while self.tried < self._budget and not wanted <= self.seen:
@@ -154,6 +157,32 @@ class InputGraph:
                 self._refine(*self._promising.popleft())
             elif not self._expand_next():
                 break
+        if not self._commands <= self.seen:
+            self._explore_pairs()
+
+    def _explore_pairs(self) -> None:
+        """Expand, in the order in which they were found, the nodes in which two components are as
+        they have not been together. What many components do together is too much."""
+        most = self.tried + self._budget
+        met: set[Any] = set()
+        nodes = list(self._nodes.values())
+        for node in nodes:
+            pairs = set(combinations(self._components(node.state), 2))
+            if pairs <= met:
+                continue
+            met |= pairs
+            known = len(self._nodes)
+            self.expand(node)
+            nodes += islice(self._nodes.values(), known, None)
+            if self.tried > most or self._commands <= self.seen:
+                break
+
+    def _components(self, state: State) -> list[tuple[str, str]]:
+        """How each component is, with its calls and messages."""
+        found: dict[str, list[Any]] = {}
+        for key in (*self._places, *self._calls, *self._messages, *self._finite):
+            found.setdefault(key.lstrip("~").partition(".")[0], []).append(state.get(key))
+        return [(name, repr(values)) for name, values in found.items()]
 
     def _expand_next(self) -> bool:
         """Expand a node, in turn by each kind; False: there is none."""
@@ -221,14 +250,16 @@ class InputGraph:
             start[step.phase] = step.sources[0]
         leaving = [(p.place, list(p.edges)) for p in step.partners if p.edges]
         count = max((len(places) for _, places in leaving), default=1)
-        return [
+        states = [
             start | {place: places[n % len(places)] for place, places in leaving}
             for n in range(count)
         ]
+        beside = self._samples.beside(step.event).items()
+        return states + [s | {key: v} for key, values in beside for v in values for s in states]
 
     def expand(self, node: Node) -> None:
         """Try the inputs of a node."""
-        if node.is_expanded or self.tried > 2 * self._budget:
+        if node.is_expanded or self.tried > 3 * self._budget:
             return
         node.is_expanded = True
         self._expanded.update(node.kinds)
