@@ -11,6 +11,7 @@ from ros2.ros2_support import Graph
 @pytest.mark.parametrize(
     "package",
     [
+        "floor_controller",
         "hoist_controller",
         "sonar_controller",
         "courier_controller",
