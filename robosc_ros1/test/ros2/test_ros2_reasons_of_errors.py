@@ -52,7 +52,7 @@ def courier(
         ("rejected", {"accept": False}, {}),
         ("failed", {"end": "abort"}, {}),
         ("timeout", {}, {"goal_timeout__go": 0.5}),
-        ("timeout", {"accept": None}, {"timeout__go": 0.5, "server_lost_after": 0.5}),
+        ("timeout", {"accept": None}, {"timeout__go": 2.0, "server_lost_after": 0.5}),
     ],
 )
 def test_the_reason_of_an_error(
