@@ -1,5 +1,4 @@
-"""In the order of the variables, what passes something on comes after what waits for it; and which
-end of the order comes first is found by the first steps."""
+"""In the order of the variables, what passes something on comes after what waits for it."""
 
 from __future__ import annotations
 
@@ -8,24 +7,18 @@ from collections.abc import Iterable
 
 import pytest
 from random_models import random_model
-from robot_families import riders
 from synthesis.differential import differences
-from synthesis.plants import plant_of
 from synthesis.subject import oracle_of
 
 from robosc.model.resolve import load
 from robosc.plant.automaton import Plant
 from robosc.plant.build import lower
 from robosc.source import Source
-from robosc.synthesis import synthesize
-from robosc.synthesis.bdd import manager, symbolic_engine
+from robosc.synthesis.bdd import manager
 from robosc.synthesis.bdd import synthesize as bdd_synthesize
 from robosc.synthesis.bdd.encoding import Encoding
-from robosc.synthesis.bdd.order import steeper
 from robosc.synthesis.bdd.rounds import first_rounds
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
-from robosc.synthesis.verify import symbolic
-from robosc.synthesis.verify.verification import verify
 
 STATIONS = 8
 
@@ -116,40 +109,3 @@ def test_another_direction_is_the_same_system(
             few.setattr(bdd_synthesize, "_MANY_NODES", most_nodes)
             few.setattr(manager, "_AMPLE_NODES", 0)
             assert differences(oracle.robot, oracle, "bdd") == [], seed
-
-
-@pytest.mark.parametrize(
-    ("one", "other", "answer"),
-    [
-        ([10, 100, 5_000, 1], [10, 90, 3_000, 10**9], True),  # no step is taken that is not needed
-        ([10, 100, 5_000], [10, 90, 4_000], False),
-        ([10, 40], [10, 20, 10**9], True),  # one of them ends
-        ([20, 10], [10, 20], False),
-    ],
-)
-def test_which_of_two_sets_is_steeper(one: list[int], other: list[int], answer: bool) -> None:
-    assert steeper(iter(one), iter(other)) == answer
-
-
-def test_riders_are_begun_at_the_other_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They end in both orders if they are few, so that what is chosen can be seen."""
-    supervisor = synthesize(plant_of(riders(6, 6)))
-    monkeypatch.setattr(symbolic_engine, "DOUBTFUL", 2)
-    with pytest.raises(symbolic_engine.TooManyNodes):
-        SymbolicEngine(supervisor.plant, most_nodes=2**30).solve()
-    monkeypatch.setattr(symbolic, "DOUBTFUL", 2)
-    with pytest.raises(symbolic._TooManyNodesError):
-        symbolic._Proof(supervisor, None, False, 2**30).found()
-    assert verify(supervisor).verified
-
-
-def test_the_other_end_is_the_same_system(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (symbolic_engine, symbolic):
-        monkeypatch.setattr(module, "DOUBTFUL", 1)
-        monkeypatch.setattr(module, "steeper", lambda one, other: bool([*one, *other]))
-    for seed in range(520, 528):
-        oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 2))
-        assert differences(oracle.robot, oracle, "bdd") == [], seed
-        supervisor = synthesize(lower(oracle.robot))
-        if not supervisor.empty:
-            assert symbolic.search_by_sets(supervisor).states == supervisor.controlled_states

@@ -20,11 +20,6 @@ from robosc.synthesis.bdd.sources import LeafSource, touched_together
 _ROUNDS = 60
 _PATIENCE = 5
 _LARGEST_CLIQUE = 12
-_TELLING = 2**12
-"""Nodes of a set that tell how it will grow."""
-DOUBTFUL = 2**13
-"""Parts that a search has closed, in a few tenths of a second, when it is asked whether the
-opposite order does with fewer nodes."""
 
 
 def ordered(plant: Plant) -> Sequence[LeafSource]:
@@ -35,19 +30,6 @@ def ordered(plant: Plant) -> Sequence[LeafSource]:
     items: list[LeafSource] = [*range(len(plant.variables)), *parameters]
     order = order_items(len(items), touched_together(plant, items))
     return early_last(plant, [items[number] for number in order])
-
-
-def steeper(one: Iterable[int], other: Iterable[int]) -> bool:
-    """Whether a set clearly gets more nodes than in the opposite order, step by step.
-
-    One direction of an order may take a hundred times the nodes of the other, and no rule known
-    tells which: with eight robots and a lift only the opposite one ends.
-    """
-    first = second = 0
-    for first, second in zip(one, other, strict=False):
-        if max(first, second) > _TELLING:
-            break
-    return 2 * first > 3 * second
 
 
 def order_items(count: int, groups: Iterable[Iterable[int]]) -> list[int]:

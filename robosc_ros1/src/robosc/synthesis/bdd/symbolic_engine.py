@@ -7,18 +7,17 @@ least fixpoints in it are computed by saturation (:mod:`robosc.synthesis.bdd.sat
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 from robosc import limits
 from robosc.language.events import EventKind
-from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.automaton import Plant
 from robosc.plant.support import support
 from robosc.progress import Progress
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.bdd.order import DOUBTFUL, steeper
 from robosc.synthesis.bdd.relations import MOST_DISJUNCTS, Disjunct, EventRelation, Relations
 from robosc.synthesis.bdd.saturation import saturated
 from robosc.synthesis.event_parameters import weight
@@ -120,20 +119,14 @@ class SymbolicEngine:
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
         self._progress = progress
         self._plant_reach = self._explored = self.manager.false
-        self._found: Sequence[PlantState] | None = None
         self._rounds: list[tuple[Bdd, Bdd]] = []
-        self._checks = DOUBTFUL if reverse or most_nodes is None else 0
 
     def place(self, event: EventRelation) -> int:
         """Return the position of an event in the variable order: that of its first variable."""
         return min(map(self.encoding.place, event.variables), default=0)
 
-    def solve(self, found: Sequence[PlantState] | None = None) -> SymbolicSolution:
-        """Return the controlled system.
-
-        ``found`` are the states reached under the requirements that violate none, if known.
-        """
-        self._found = found
+    def solve(self) -> SymbolicSolution:
+        """Return the controlled system."""
         true = self.manager.true
         good, starts = supremal(self)
         if not starts:
@@ -166,8 +159,7 @@ class SymbolicEngine:
         self._plant_reach = self._explored = self._forward(plain, self.manager.true)
         if not self._invariants_first:
             return self._plant_reach
-        known = self._found
-        found = self._inside_invariants() if known is None else self.encoding.states(known)
+        found = self._inside_invariants()
         self._explored = found | self._next(self._required, found)
         return found
 
@@ -186,19 +178,17 @@ class SymbolicEngine:
                 self._check_nodes()
                 for disjunct in self._required[event.number]:
                     if not disjunct.stays:
-                        found = self._closed_under(event, disjunct, found)
+                        found = self._closed_under(disjunct, self._touched[event.number], found)
         return found
 
-    def _closed_under(self, event: EventRelation, disjunct: Disjunct, states: Bdd) -> Bdd:
-        while (more := states | self._safe_image(event, disjunct, states)) != states:
-            states = more
-        return states
-
-    def _safe_image(self, event: EventRelation, disjunct: Disjunct, states: Bdd) -> Bdd:
-        after = self.manager.run(lambda: self.relations.image(disjunct, states))
-        for condition in self._touched[event.number]:
-            after = after & condition
-        return after
+    def _closed_under(self, disjunct: Disjunct, conditions: Sequence[Bdd], states: Bdd) -> Bdd:
+        while True:
+            after = self.manager.run(lambda s=states: self.relations.image(disjunct, s))  # type: ignore[misc]
+            for condition in conditions:
+                after = after & condition
+            if after | states == states:
+                return states
+            states = states | after
 
     @cached_property
     def _touched(self) -> list[list[Bdd]]:
@@ -325,6 +315,7 @@ class SymbolicEngine:
         left = states
         length = 0
         while left != self.manager.false:
+            self.manager.make_room()
             before = self.manager.union(
                 self.relations.preimage(disjunct, left) & left for disjunct in transitions
             )
@@ -378,28 +369,8 @@ class SymbolicEngine:
 
     def _check_nodes(self) -> None:
         self.manager.make_room()
-        too_many = self._most_nodes is not None and self.manager.in_use > self._most_nodes
-        if too_many or self._is_steeper():
+        if self._most_nodes is not None and self.manager.in_use > self._most_nodes:
             raise TooManyNodes
-
-    def _is_steeper(self) -> bool:
-        """Whether the opposite order seems to need fewer nodes; asked once, after some work."""
-        self._checks += 1
-        if self._checks != DOUBTFUL:
-            return False
-        other = SymbolicEngine(self.plant, reverse=True, invariants_first=self._invariants_first)
-        return steeper(self._growth(), other._growth())
-
-    def _growth(self) -> Iterator[int]:
-        """Yield the nodes of what is reached safely in rounds over all events."""
-        found, before = self.encoding.initial, self.manager.false
-        while found != before:
-            before = found
-            for event in self.events:
-                for disjunct in self._required[event.number]:
-                    if not disjunct.stays:
-                        found = found | self._safe_image(event, disjunct, found)
-            yield self.manager.size(found)
 
     def _closure(
         self,

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Sequence
 from functools import partial
 
 from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import TRUE
-from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.automaton import Plant
 from robosc.plant.logic import conjunction
 from robosc.progress import Progress
 from robosc.supervisor import Guard
@@ -38,11 +37,8 @@ def synthesize_bdd(
     progress: Progress | None = None,
     memory: int = limits.MEMORY,
     explaining: ExplanationTime | None = None,
-    found: Sequence[PlantState] | None = None,
 ) -> Solved:
     """Return the supervisor of a plant; an empty one is a result, not an error.
-
-    ``found`` are the states that are reached under the requirements and violate none, if known.
 
     Raises:
         StateSpaceError: the library is missing, or ``memory`` bytes do not suffice.
@@ -50,7 +46,7 @@ def synthesize_bdd(
     load()
     start = time.perf_counter()
     try:
-        solution = _solved(plant, progress, memory, found)
+        solution = _solved(plant, progress, memory)
         guards = []
         maker = GuardMaker(plant)
         for event in solution.engine.events:
@@ -68,9 +64,7 @@ def synthesize_bdd(
         raise _too_large(plant, memory) from None
 
 
-def _solved(
-    plant: Plant, progress: Progress | None, memory: int, found: Sequence[PlantState] | None
-) -> SymbolicSolution:
+def _solved(plant: Plant, progress: Progress | None, memory: int) -> SymbolicSolution:
     """Return the controlled system, found in another way if the first is slow.
 
     One direction of the order of variables can take a hundred times the nodes of the other, and no
@@ -88,7 +82,7 @@ def _solved(
                 invariants_first=invariants_first,
             )
             try:
-                return engine.solve(found)
+                return engine.solve()
             except (TooManyNodes, MemoryError):
                 del engine
             gc.collect()  # frees the diagrams before there are others

@@ -15,9 +15,7 @@ from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.guards.minimise import condition_of
 from robosc.synthesis.guards.sum_of_products import Diagrams
 
-_Row: TypeAlias = tuple[int, ...]
-_Key: TypeAlias = Callable[[_Row], _Row]
-Rows: TypeAlias = frozenset[_Row]
+Rows: TypeAlias = frozenset[tuple[int, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +56,9 @@ class ExplicitCareSet:
     def separates(self, condition: Expr) -> bool:
         if not self._has(condition):
             return False
-        key, holds = self._test(condition)
-        return all(map(holds, {*map(key, self.allowed)})) and not any(
-            map(holds, {*map(key, self.refused)})
-        )
+        _, failing = self._split(self.allowed, condition)
+        holding, _ = self._split(self.refused, condition)
+        return not failing and not holding
 
     def _has(self, condition: Expr) -> bool:
         """Whether a condition reads no state variable that was projected away."""
@@ -69,23 +66,19 @@ class ExplicitCareSet:
 
     def _split(self, rows: Rows, condition: Expr) -> tuple[Rows, Rows]:
         """Return the rows in which a condition holds, and the others."""
-        key, holds = self._test(condition)
-        known = {values: holds(values) for values in {*map(key, rows)}}
-        inside = frozenset(row for row in rows if known[key(row)])
-        return inside, rows - inside
-
-    def _test(self, condition: Expr) -> tuple[_Key, Callable[[_Row], bool]]:
-        """Return what a condition reads of a row, and whether it holds for that."""
         read = support(self.stepper.plant, condition)
-        test = self.stepper.test(condition)
+        key = _chooser([self.variables.index(variable) for variable in read])
+        holds = self.stepper.test(condition)
         state = list(self.stepper.plant.initial)
 
-        def holds(values: _Row) -> bool:
+        def test(values: Iterable[int]) -> bool:
             for variable, value in zip(read, values, strict=True):
                 state[variable] = value
-            return test(tuple(state))
+            return holds(tuple(state))
 
-        return _chooser([self.variables.index(variable) for variable in read]), holds
+        known = {values: test(values) for values in set(map(key, rows))}
+        inside = frozenset(row for row in rows if known[key(row)])
+        return inside, rows - inside
 
     def condition(self, order: Callable[[int], Any], most_steps: int) -> Expr:
         left = self
@@ -108,7 +101,7 @@ def _projected(rows: Rows, places: Sequence[int]) -> Rows:
     return frozenset(map(_chooser(places), rows))
 
 
-def _chooser(places: Sequence[int]) -> _Key:
+def _chooser(places: Sequence[int]) -> Callable[[tuple[int, ...]], tuple[int, ...]]:
     """Return a function from rows to their values at some places, as a row."""
     match places:
         case []:

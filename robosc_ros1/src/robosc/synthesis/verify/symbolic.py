@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
-from typing import Final, TypeAlias, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Final, TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE
@@ -24,7 +24,6 @@ from robosc.plant.automaton import Plant, PlantGoal
 from robosc.progress import Progress
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import Bdd
-from robosc.synthesis.bdd.order import DOUBTFUL, steeper
 from robosc.synthesis.verify.closures import Closure, place_of
 from robosc.synthesis.verify.state_sets import Relation, StateSets
 from robosc.synthesis.verify.verify_report import (
@@ -39,8 +38,8 @@ _SECONDS: Final = 0.05
 """Between two reports of progress."""
 
 _MANY_NODES: Final = 2**18
-"""In use in a first try of each direction of the order of variables."""
-_Result = TypeVar("_Result")
+"""In use in a first try: one direction of the order of variables may take a hundred times the nodes
+of the other, and no rule known tells which."""
 _Take: TypeAlias = Callable[[Relation, Bdd, Bdd], Bdd]
 """From a relation, those of its steps that count, and a set: what they lead to, or come from."""
 
@@ -51,22 +50,11 @@ def search_by_sets(supervisor: Supervisor, progress: Progress | None = None) -> 
     Raises:
         StateSpaceError: an event or a condition reads too much, or the diagrams grow too large.
     """
-    return _proved(supervisor, progress, _Proof.found)
-
-
-def plant_states(supervisor: Supervisor, progress: Progress | None = None) -> int:
-    """Return how many states the plant reaches without requirements; raises the same."""
-    return _proved(supervisor, progress, _Proof.plant_states)
-
-
-def _proved(
-    supervisor: Supervisor, progress: Progress | None, what: Callable[[_Proof], _Result]
-) -> _Result:
     directions, most = [False, True], _MANY_NODES
     while directions:
         for reverse in tuple(directions):
             try:
-                return what(_Proof(supervisor, progress, reverse, most))
+                return _Proof(supervisor, progress, reverse, most).found()
             except _TooManyNodesError:
                 pass
             except MemoryError:
@@ -84,60 +72,30 @@ class _Proof:
     def __init__(
         self, supervisor: Supervisor, progress: Progress | None, reverse: bool, most_nodes: int
     ) -> None:
-        self._supervisor, self._most_nodes = supervisor, most_nodes
+        self._most_nodes = most_nodes
         self.plant: Plant = supervisor.plant
         self.sets = StateSets(self.plant, reverse)
         self.manager, self.relations = self.sets.manager, self.sets.relations
         self.false = self.manager.false
         self._progress = progress
         self._again = 0.0
-        self._ticks = DOUBTFUL if reverse else 0
-
-    @cached_property
-    def guards(self) -> Mapping[int, Bdd]:
-        """Where the guard of each event holds."""
-        guards = {guard.event.identity: guard.expr for guard in self._supervisor.guards}
-        free = {
-            event.identity: FALSE if event.controllable else TRUE for event in self.plant.events
-        }
-        every = free | guards
-        return {n: self.sets.holds(every[e.identity]) for n, e in enumerate(self.plant.events)}
-
-    @cached_property
-    def required(self) -> Mapping[int, Bdd]:
-        """Where the requirement of each event holds."""
-        events = enumerate(self.plant.events)
-        return {n: self.sets.holds(event.requirement or TRUE) for n, event in events}
-
-    @cached_property
-    def unsafe(self) -> Bdd:
+        guards = {g.event.identity: g.expr for g in supervisor.guards}
+        self.required: dict[int, Bdd] = {}
+        self.guards: dict[int, Bdd] = {}
+        for number, event in enumerate(self.plant.events):
+            free = FALSE if event.controllable else TRUE
+            guard = guards.get(event.identity, free)
+            self.guards[number] = self.sets.holds(guard)
+            self.required[number] = self.sets.holds(event.requirement or TRUE)
         failing = [~self.sets.holds(expr) for expr, _ in self.plant.invariants]
-        return self.manager.union([*failing, *(r.escapes for r in self.relations)])
-
-    def growth(self) -> Iterator[int]:
-        """Yield the nodes of what is reached safely in rounds over all events."""
-        steps = self._allowed(self.required)
-        reached, before = self.sets.initial, self.false
-        while reached != before:
-            before = reached
-            for relation, some in zip(self.relations, steps, strict=True):
-                reached = reached | (self._image(relation, some, reached) & ~self.unsafe)
-            yield self.manager.size(reached)
+        self.unsafe = self.manager.union([*failing, *(r.escapes for r in self.relations)])
 
     def tick(self, part: Bdd, place: int) -> None:
-        if self.manager.in_use > self._most_nodes or self._is_steeper():
+        if self.manager.in_use > self._most_nodes:
             raise _TooManyNodesError
         if self._progress is not None and (now := time.monotonic()) >= self._again:
             self._again = now + _SECONDS
             self._progress("verification", self.sets.count_from(place, part), self.sets.most)
-
-    def _is_steeper(self) -> bool:
-        """Whether the opposite order seems to need fewer nodes; asked once, after some work."""
-        self._ticks += 1
-        if self._ticks != DOUBTFUL:
-            return False
-        other = _Proof(self._supervisor, None, True, self._most_nodes)
-        return steeper(self.growth(), other.growth())
 
     def found(self) -> Findings:
         initial, sets = self.sets.initial, self.sets
@@ -168,10 +126,10 @@ class _Proof:
             ),
             states=sets.count(reached),
             transitions=self._transitions(reached),
-            plant_states=self.plant_states(),
+            plant_states=self._plant_states(),
         )
 
-    def plant_states(self) -> int:
+    def _plant_states(self) -> int:
         steps = [relation.steps for relation in self.relations]
         return self.sets.count(
             self._closed(self.sets.initial, self.manager.true, steps, self._image)
