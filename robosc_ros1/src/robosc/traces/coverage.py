@@ -308,8 +308,11 @@ class Coverage:
         for name in dict.fromkeys(p.component for p in blocking):
             found.append(f"blocked by {name} in {told_with_stage(state[name])}")
         for demand in rule.demands:
-            if demand.requirement is not None and not demand.condition.deciding(state, carried)[0]:
-                found.append(demand.text)
+            if demand.condition.deciding(state, carried)[0]:
+                continue
+            if demand.requirement is None:
+                return None
+            found.append(demand.text)
         return tuple(found) if found else None
 
     def of_state_of(
