@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import runpy
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 from robosc.agents.running import End, RequestNews
+from robosc.resources import templates_folder
 from robosc.view import operating, ros2, server
 
 
@@ -30,15 +32,15 @@ class Ros2Caller(ros2.Ros2):
 
     def goal(self, name: str, type_: str, data: Any, told: RequestNews) -> End:
         from action_msgs.msg import GoalStatus
-        from rclpy.action import ActionClient
 
         class_ = ros2.known_class(type_, "action")
         goal = ros2.filled(class_.Goal, data)
-        client = self._client(name, partial(ActionClient, self.node), class_)
+        client = self._client(name, partial(action_client(), self.node), class_)
         if not client.wait_for_server(operating.PATIENCE):
             raise server.Unable(f"nobody serves {name}")
-        sending = client.send_goal_async(
-            goal, feedback_callback=lambda message: told.watch.report(message.feedback)
+        report = told.watch.report
+        sending = client.ask(
+            lambda: client.send_goal_async(goal, lambda message: report(message.feedback))
         )
         # One that is cancelled so soon is cancelled below, once it is accepted.
         ended = told.wait(sending.done, lambda: None)
@@ -47,8 +49,8 @@ class Ros2Caller(ros2.Ros2):
         handle = sending.result()
         if not handle.accepted:
             return "refused", "the goal was rejected"
-        ending = handle.get_result_async()
-        ended = told.wait(ending.done, handle.cancel_goal_async)
+        ending = client.ask(handle.get_result_async)
+        ended = told.wait(ending.done, lambda: client.ask(handle.cancel_goal_async))
         if ended is not None:
             return ended
         status, answer = ending.result().status, ending.result().result
@@ -60,3 +62,9 @@ class Ros2Caller(ros2.Ros2):
         if name not in self._clients:
             self._clients[name] = make(class_, name)
         return self._clients[name]
+
+
+@cache
+def action_client() -> Any:
+    """The client of actions that loses no answer, which the tests of packages have."""
+    return runpy.run_path(str(templates_folder() / "ros2" / "action_client.py"))["Client"]
