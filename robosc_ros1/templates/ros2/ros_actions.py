@@ -121,13 +121,18 @@ class Action(Caller):
         unended = any(action.has_unended() for action in (self, *self.siblings))
         return not unended and self.is_served() and self._is_known() and not self.foreign()
 
-    def _is_known(self):
-        """Return whether it is known which goals the servers carry out."""
+    def _look(self):
+        """Take notice of the servers; return when the latest of them was found."""
         servers, since = self._found
         found = frozenset(self._servers())
         if found - servers:
             since = time.monotonic()
         self._found = (found, since)
+        return since
+
+    def _is_known(self):
+        """Return whether it is known which goals the servers carry out."""
+        since = self._look()
         return self._told > since or time.monotonic() - since >= SETTLED
 
     def check(self, data):
@@ -150,7 +155,7 @@ class Action(Caller):
         return self.client.server_is_ready()
 
     def fault(self):
-        self._is_known()  # so that later goals need not wait
+        self._look()  # so that later goals need not wait
         foreign = self.foreign()
         if foreign:
             return FOREIGN % (self.label, ", ".join(sorted(foreign)))
@@ -187,7 +192,7 @@ class Action(Caller):
         own = {known for action in (self, *self.siblings) for known in list(action._own)}
         foreign = frozenset(going_on - own)
         self._foreign = (foreign, frozenset(self._servers()) if foreign else frozenset())
-        self._is_known()  # from now on
+        self._look()  # else it would be found later, as if it had told nothing yet
         self._told = time.monotonic()
 
     def foreign(self):

@@ -18,7 +18,7 @@ from .engine_parts import EngineParts
 _LONGEST = 2.0
 """Seconds for which commands are held at most, should a connection hang."""
 _LOOK = 0.05
-"""Seconds between two looks of the clocks: it is told of time that stands for a second."""
+"""Seconds between two looks of the clocks, for which time stands after some seconds."""
 
 _TASKS = Path("/proc/self/task")
 
