@@ -135,6 +135,7 @@ class GoalCaller(Caller):
         self._heard = self._there = time.monotonic()
         self._own = deque(maxlen=OWN_IDS)  # ids of the goals that were sent
         self._foreign = []  # ids of others' goals that go on
+        self._has_told = False  # whether a server has told of its goals
         self._seeker = Seeker(self._seek, 0.01)
 
     def transmit(self, goal, token):
@@ -187,7 +188,9 @@ class GoalCaller(Caller):
             self._seeker.found = self.look
             self._seeker.ask()
             return False
-        return not (self.foreign() or any(a.goes_on() for a in (self, *self.siblings)))
+        return self._has_told and not (
+            self.foreign() or any(a.goes_on() for a in (self, *self.siblings))
+        )
 
     def _seek(self):
         self._ends.look()
@@ -253,6 +256,7 @@ class GoalCaller(Caller):
         self._heard = now = time.monotonic()
         own = {known for action in (self, *self.siblings) for known in list(action._own)}
         self._foreign = [k for k, s in statuses.items() if s in GOING_ON and k not in own]
+        self._has_told = True
         self._ends.look()  # so that later goals need not wait
         if now - self._asked >= REPEAT:
             self._asked = now
@@ -319,9 +323,6 @@ class Action(GoalCaller):
 
     def start(self, data, token):
         self.begin(self._goal(data), token)
-
-    def ready(self):
-        return super().ready() and self._client.last_status_msg is not None
 
     def transmit(self, goal, token):
         tracker = self._tracker = GoalTracker(token, self.report)
