@@ -68,7 +68,7 @@ THIRD_PARTY = {
 }
 """Library to the modules that may import it."""
 
-ENVIRONMENT = ("cli", "console", "verbs", "model.ros.packages", "runtime.persistence")
+ENVIRONMENT = ("cli", "console", "verbs", "model.ros.packages", "runtime.core.persistence")
 """Only these look at environment variables."""
 
 PACKAGE = SOURCES / "robosc"
@@ -212,6 +212,15 @@ def test_runtime_needs_nothing_but_python() -> None:
         assert outside <= set(sys.stdlib_module_names), file.name
 
 
+def test_the_core_of_the_runtime_needs_neither_judge_nor_served_calls() -> None:
+    """A controller ships it alone; what only some models need is imported when it is called for."""
+    needs = {n for file in (PACKAGE / "runtime" / "core").glob("*.py") for n in loaded(file)}
+    outside = {name for name in needs & NAMES if name.startswith("runtime.")}
+    assert {name for name in outside if not name.startswith("runtime.core")} <= {
+        "runtime.served.served_calls"
+    }
+
+
 @pytest.mark.parametrize(
     ("importer", "imported", "verdict"),
     [
@@ -220,7 +229,7 @@ def test_runtime_needs_nothing_but_python() -> None:
         ("synthesis.explicit", "numpy", False),
         ("plant.build", "numpy", False),
         ("emit.package.target", "jinja2", False),
-        ("runtime.engine", "robosc.errors", False),
+        ("runtime.core.engine", "robosc.errors", False),
         ("emit.package.target", "rospy", False),
     ],
 )
@@ -272,7 +281,8 @@ def test_no_two_stages_have_classes_of_one_name() -> None:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 found.setdefault(node.name, []).append(module_name(file))
     twice = {tuple(modules) for modules in found.values() if len(modules) > 1}
-    assert twice <= {("model.automata", "runtime.model"), ("model.entities", "runtime.model")}
+    ours = ("model.automata", "model.entities")
+    assert twice <= {(module, "runtime.core.model") for module in ours}
 
 
 def test_engines_are_composed() -> None:

@@ -142,7 +142,7 @@ JUDGED = (
 
 def test_its_own_test_finds_what_a_monitor_overlooks(watched_workspace: Workspace) -> None:
     package = watched_workspace.folder / "src/lantern_monitor/src/lantern_monitor"
-    module = package / "_runtime/allowances.py"
+    module = package / "_runtime/judge/seen.py"
     source = module.read_text(encoding="utf-8")
     assert source.count(JUDGED) == 1
     module.write_text(source.replace(JUDGED, f"{JUDGED}        return True\n"), encoding="utf-8")

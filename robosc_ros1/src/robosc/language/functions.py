@@ -17,8 +17,8 @@ from robosc.language.operators import (
     Result,
     Text,
 )
-from robosc.runtime import functions as runtime
-from robosc.runtime.values import widen
+from robosc.runtime.core import functions as runtime
+from robosc.runtime.core.values import widen
 
 _ATOM = 9
 

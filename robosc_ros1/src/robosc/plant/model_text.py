@@ -14,7 +14,7 @@ from robosc.model import automata, entities
 from robosc.names import copy_name
 from robosc.plant.counting import copies_of, with_counts
 from robosc.plant.logic import exact
-from robosc.runtime.values import NOW
+from robosc.runtime.core.values import NOW
 
 _ATOM = 9
 _UNARY_LEVEL = UNARY["!"].level

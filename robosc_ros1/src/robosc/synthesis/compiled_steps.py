@@ -32,7 +32,7 @@ from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, PlantStat
 from robosc.plant.data.classes import Classes
 from robosc.plant.python_text import to_python
 from robosc.plant.step import Outcome, Values, Verdict, is_consistent, missing_together, valuations
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.supervisor import Guard
 from robosc.synthesis.event_parameters import weight
 

@@ -27,7 +27,7 @@ LOOK = 0.02
 def use(package, is_heard):
     """Have the node of a package made with this engine; ``is_heard`` tells whether the player has
     connected with it."""
-    port = import_module(package + "._runtime.port")
+    port = import_module(package + "._runtime.core.port")
     node = import_module(package + ".node")
     name, module, engine = next(row for row in ENGINES if hasattr(node, row[0]))
     make_engine = getattr(import_module(package + "._runtime." + module), engine)

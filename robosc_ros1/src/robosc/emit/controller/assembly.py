@@ -31,7 +31,7 @@ from robosc.names import snake_case
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.conjuncts import conjuncts
 from robosc.plant.part_names import NamedExpr
-from robosc.runtime.model import Communication as Declared
+from robosc.runtime.core.model import Communication as Declared
 from robosc.supervisor import Guard, Supervisor
 
 # What the module imports or defines, and what the base class has.

@@ -16,7 +16,7 @@ from robosc.errors import UsageError, counted
 from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Component, Robot
 from robosc.plant import automaton
-from robosc.runtime.places import place_of, stage_of
+from robosc.runtime.core.places import place_of, stage_of
 from robosc.synthesis import explore, formatting, listing
 
 _EVERY_STATE = "in every state"

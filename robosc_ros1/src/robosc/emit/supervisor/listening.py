@@ -16,8 +16,8 @@ from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Robot
-from robosc.runtime.settings import parameter_name
-from robosc.runtime.unseen import unknown_attributes
+from robosc.runtime.core.settings import parameter_name
+from robosc.runtime.judge.sight import unknown_attributes
 from robosc.supervisor import Supervisor
 
 _MEANINGS = {

@@ -15,7 +15,7 @@ from robosc.model.diagnostics import Report, first_of
 from robosc.model.names.communications import HEARD, report_misdirected
 from robosc.model.names.tables import CommunicationInfo, Instance
 from robosc.model.typing.compatibility import describe
-from robosc.runtime.places import place_of
+from robosc.runtime.core.places import place_of
 from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, TauNode
 
 

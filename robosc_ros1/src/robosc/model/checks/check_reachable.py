@@ -12,7 +12,7 @@ from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, State
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.names.tables import Instance
-from robosc.runtime.places import place_of
+from robosc.runtime.core.places import place_of
 
 
 def check_reach(

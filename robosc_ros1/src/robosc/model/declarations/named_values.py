@@ -22,8 +22,8 @@ from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import no_value
-from robosc.runtime.parameter_values import LEAST_PARAMETER, MOST_PARAMETER
-from robosc.runtime.values import NOW
+from robosc.runtime.core.settings import LEAST_PARAMETER, MOST_PARAMETER
+from robosc.runtime.core.values import NOW
 from robosc.syntax import leaves, nodes
 
 

@@ -19,7 +19,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.model import automata
 from robosc.model.entities import Requirement, Robot
 from robosc.model.names.tables import PERFORMING, RETRIES, WAITING, CommunicationInfo, Instance
-from robosc.runtime.places import DUE
+from robosc.runtime.core.places import DUE
 from robosc.syntax.nodes import PerformsNode, RetryNode
 
 _BOOLEAN = BooleanType()

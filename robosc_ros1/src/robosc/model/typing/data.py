@@ -19,7 +19,7 @@ from robosc.model.names.scope import report_duplicate
 from robosc.model.ros.object_types import DURATIONS, TIMES
 from robosc.model.typing import aggregates, durations, expected, expressions
 from robosc.model.typing.compatibility import check_range, coerce, describe
-from robosc.runtime.values import NOW
+from robosc.runtime.core.values import NOW
 from robosc.syntax import nodes
 
 

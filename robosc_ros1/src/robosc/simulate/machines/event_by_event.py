@@ -27,7 +27,7 @@ from robosc.plant.automaton import (
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import value_of
 from robosc.plant.step import Values, taken_edge
-from robosc.runtime.values import Undefined, widen
+from robosc.runtime.core.values import Undefined, widen
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import machine
 from robosc.simulate.machines.reasons import reasons

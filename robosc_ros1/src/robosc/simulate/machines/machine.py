@@ -15,7 +15,7 @@ from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
 from robosc.plant import automaton, event_values, step
-from robosc.runtime.reasons import reason_text
+from robosc.runtime.core.reasons import reason_text
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.state import SystemState
 from robosc.simulate.values.event_data import Given, given_text

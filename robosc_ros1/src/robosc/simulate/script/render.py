@@ -11,7 +11,7 @@ from typing import Any
 from robosc.errors import listing
 from robosc.expr.types import Value
 from robosc.language.events import ACTIVE
-from robosc.runtime.places import places, stage_of
+from robosc.runtime.core.places import places, stage_of
 from robosc.simulate.machines.machine import CommandState, Happening, Machine, label
 from robosc.simulate.script.session import Session
 from robosc.simulate.values.literals import literal_text

@@ -21,7 +21,7 @@ from robosc.expr.tree import Binary, Expr, Leaf, Operation, Unary, ValueRef
 from robosc.expr.types import Value
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.step import missing_together
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import ordered

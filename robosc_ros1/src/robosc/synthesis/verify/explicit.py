@@ -14,7 +14,7 @@ from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, PlantGoal, PlantState, VariableKind
 from robosc.plant.support import support
-from robosc.runtime.places import path_of
+from robosc.runtime.core.places import path_of
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
