@@ -9,14 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from robosc.language.operators import (
-    BINARY,
-    PYTHON_ATOM,
-    Operand,
-    Operator,
-    Result,
-    Text,
-)
+from robosc.language.operators import BINARY, PYTHON_ATOM, Operand, Operator, Result, Text
 from robosc.runtime.core import functions as runtime
 from robosc.runtime.core.values import widen
 

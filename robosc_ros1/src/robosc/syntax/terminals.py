@@ -12,16 +12,7 @@ from pyparsing import Forward, ParserElement, ParseResults
 from robosc import limits
 from robosc.language.keywords import UNITS
 from robosc.syntax import expressions, leaves, nodes, operands, pyparsing_names
-from robosc.syntax.elements import (
-    built,
-    either,
-    keyword,
-    listed,
-    maybe,
-    refused,
-    symbol,
-    terminal,
-)
+from robosc.syntax.elements import built, either, keyword, listed, maybe, refused, symbol, terminal
 from robosc.syntax.parse_state import ParseState, Stop
 
 # A name before a colon is that of the next property: the type before it is missing.

@@ -26,14 +26,7 @@ from robosc.model.names.report_unknown import NameFaults, last_name
 from robosc.model.names.tables import RETRIES, CommunicationInfo, Instance, SymbolTable
 from robosc.model.names.value_scope import ValueScope
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    Access,
-    BinaryNode,
-    FunctionNode,
-    Name,
-    StateNode,
-    ValueNode,
-)
+from robosc.syntax.nodes import Access, BinaryNode, FunctionNode, Name, StateNode, ValueNode
 
 _WHOLE = (ArrayType, ObjectType)
 

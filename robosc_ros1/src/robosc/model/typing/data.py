@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from robosc import errors, source
 from robosc.expr import tree
-from robosc.expr.types import (
-    ArrayType,
-    DoubleType,
-    DurationType,
-    IntegerType,
-    ObjectType,
-    Type,
-)
+from robosc.expr.types import ArrayType, DoubleType, DurationType, IntegerType, ObjectType, Type
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataArray, DataObject

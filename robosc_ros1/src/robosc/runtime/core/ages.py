@@ -9,7 +9,7 @@ may be old, for then the clocks of two machines differ, and its age is not known
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, Optional
+from typing import Any
 
 from .engine_parts import EngineParts, Inputs
 from .values import Mismatch
@@ -47,7 +47,7 @@ class Ages:
             for entry in entries
         )
 
-    def check(self, key: str, message: Any, arrival: Optional[float]) -> None:
+    def check(self, key: str, message: Any, arrival: float | None) -> None:
         """Check the age of a message that arrived at this ROS time (None: that has not started).
 
         Raises:

@@ -15,19 +15,7 @@ it: nothing that was decided earlier leaves the node.
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import (
-    Any,
-    Callable,
-    Dict,
-    FrozenSet,
-    Iterator,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Set,
-    Tuple,
-)
+from typing import Any, Callable, Iterator, Mapping, NamedTuple
 
 Report = Callable[[str, int, str, Any], None]
 """Takes the key and the token of a request, what became of it, and what came with that."""
@@ -43,12 +31,12 @@ class OwnEffects:
     An attribute that something else has changed since is no effect of the command any more.
     """
 
-    def __init__(self, changes: Dict[str, Tuple[Any, Any]]) -> None:
+    def __init__(self, changes: dict[str, tuple[Any, Any]]) -> None:
         self._changes = changes
 
     @classmethod
     def between(
-        cls, before: Mapping[str, Any], state: Mapping[str, Any], writes: FrozenSet[str]
+        cls, before: Mapping[str, Any], state: Mapping[str, Any], writes: frozenset[str]
     ) -> OwnEffects:
         """Return the effects of a command that may have written these attributes."""
         pairs = ((name, before[name], state[name]) for name in writes)
@@ -61,7 +49,7 @@ class OwnEffects:
                 del self._changes[name]
 
     @contextmanager
-    def undone(self, state: Dict[str, Any]) -> Iterator[None]:
+    def undone(self, state: dict[str, Any]) -> Iterator[None]:
         """Have the state as if the command had not been performed."""
         self.look(state)
         state.update({name: before for name, (before, _) in self._changes.items()})
@@ -92,9 +80,9 @@ class OpenRequest:
         self.report = report
         self.stops = stops
         self.effects = OwnEffects({})
-        self.before: Dict[str, Any] = {}  # the state, as it was when the request was decided
+        self.before: dict[str, Any] = {}  # the state, as it was when the request was decided
 
-    def performed(self, state: Mapping[str, Any], writes: FrozenSet[str]) -> None:
+    def performed(self, state: Mapping[str, Any], writes: frozenset[str]) -> None:
         """Take notice of what the request has changed."""
         self.effects, self.before = OwnEffects.between(self.before, state, writes), {}
 
@@ -154,17 +142,17 @@ class _Call:
         "withdrawn",
     )  # fmt: skip
 
-    def __init__(self, token: int, deadline: float, is_goal: bool, replaced: Set[int]) -> None:
+    def __init__(self, token: int, deadline: float, is_goal: bool, replaced: set[int]) -> None:
         self.token = token
         self.is_goal = is_goal
-        self.deadline: Optional[float] = deadline
+        self.deadline: float | None = deadline
         self.accepted = False
         self.withdrawn = False  # its server was asked to end it
-        self.missed: Optional[Missed] = None  # the deadline that it missed
-        self.watch: Optional[float] = None  # when to look next whether the server is there
+        self.missed: Missed | None = None  # the deadline that it missed
+        self.watch: float | None = None  # when to look next whether the server is there
         self.replaced = replaced  # the goals before it that have not ended
         self.end: Any = None  # how it ended, while these have not
-        self.open: Optional[OpenRequest] = None  # no server has taken it
+        self.open: OpenRequest | None = None  # no server has taken it
 
 
 class Calls:
@@ -173,10 +161,10 @@ class Calls:
     def __init__(
         self,
         timeout: Callable[[str], float],
-        goal_timeout: Callable[[str], Optional[float]],
+        goal_timeout: Callable[[str], float | None],
         lost_after: float,
-        silence: Callable[[str], Optional[float]],
-        absent: Callable[[str], Optional[str]],
+        silence: Callable[[str], float | None],
+        absent: Callable[[str], str | None],
         lost: Callable[[str], bool],
     ) -> None:
         self._timeout = timeout
@@ -185,11 +173,11 @@ class Calls:
         self._silence = silence
         self._absent = absent
         self._lost = lost
-        self._calls: Dict[str, _Call] = {}
+        self._calls: dict[str, _Call] = {}
         self._last_token = 0
-        self.open: Dict[str, OpenRequest] = {}
+        self.open: dict[str, OpenRequest] = {}
         """The requests that no server has taken, by key."""
-        self.earliest: Optional[float] = None
+        self.earliest: float | None = None
         """When to call :meth:`expired` next; None while nothing can expire."""
 
     def begin(self, key: str, now: float, is_goal: bool = False) -> int:
@@ -208,7 +196,7 @@ class Calls:
         """Record that no server takes the request that has just begun."""
         self.open[key] = self._calls[key].open = request
 
-    def close(self, key: str) -> Optional[int]:
+    def close(self, key: str) -> int | None:
         """Take an open request to be sent, or to be ended; return its token, None without one."""
         if self.open.pop(key, None) is None:
             return None
@@ -223,7 +211,7 @@ class Calls:
         self._calls[key].deadline = now + self._timeout(key)
         self._plan()
 
-    def end(self, key: str) -> List[int]:
+    def end(self, key: str) -> list[int]:
         """Remove the request and return the tokens of its goals; none if there were none."""
         found = self.tokens(key)
         self._calls.pop(key, None)
@@ -231,7 +219,7 @@ class Calls:
         self._plan()
         return found
 
-    def keep(self, key: str, end: Any, now: float) -> List[int]:
+    def keep(self, key: str, end: Any, now: float) -> list[int]:
         """Keep how the request ended until the goals that it replaced have ended, too; return
         their tokens."""
         self._calls[key].end = end
@@ -243,12 +231,12 @@ class Calls:
         call = self._calls.get(key)
         return None if call is None else call.end
 
-    def replaced(self, key: str) -> Set[int]:
+    def replaced(self, key: str) -> set[int]:
         """Return the tokens of the goals that the current one replaced and that have not ended."""
         call = self._calls.get(key)
         return set() if call is None else call.replaced
 
-    def tokens(self, key: str) -> List[int]:
+    def tokens(self, key: str) -> list[int]:
         """Return the tokens of the goals of a request that have not ended, the current one
         first."""
         call = self._calls.get(key)
@@ -276,7 +264,7 @@ class Calls:
             call.watch = now + self._lost_after
         self._plan()
 
-    def cancel(self, key: str, now: float) -> List[int]:
+    def cancel(self, key: str, now: float) -> list[int]:
         """Record that the goal is cancelled, and return its token and those of the goals that it
         replaced.
 
@@ -284,7 +272,7 @@ class Calls:
         """
         return self._withdraw(key, now, None)
 
-    def miss(self, missed: Missed, now: float) -> List[int]:
+    def miss(self, missed: Missed, now: float) -> list[int]:
         """Record that the goal has missed a deadline and is cancelled, as :meth:`cancel`.
 
         One that was not accepted ends after some time even if its server says nothing.
@@ -295,14 +283,14 @@ class Calls:
         awaits = call is not None and not call.accepted
         return self._withdraw(missed.key, now, now + self._lost_after if awaits else None)
 
-    def _withdraw(self, key: str, now: float, deadline: Optional[float]) -> List[int]:
+    def _withdraw(self, key: str, now: float, deadline: float | None) -> list[int]:
         call = self._calls.get(key)
         if call is not None:
             call.withdrawn, call.deadline, call.watch = True, deadline, now + _LOOK
             self._plan()
         return self.tokens(key)
 
-    def missed(self, key: str) -> Optional[Missed]:
+    def missed(self, key: str) -> Missed | None:
         """Return the deadline that a request in progress has missed; None if it has missed
         none."""
         return self._calls[key].missed
@@ -311,10 +299,10 @@ class Calls:
         call = self._calls.get(key)
         return call is not None and call.token == token
 
-    def running(self) -> Iterator[Tuple[str, int]]:
+    def running(self) -> Iterator[tuple[str, int]]:
         return iter([(key, token) for key in self._calls for token in self.tokens(key)])
 
-    def expired(self, now: float) -> List[Missed]:
+    def expired(self, now: float) -> list[Missed]:
         """Return the requests that have missed a deadline by now. Changes none of them."""
         if self.earliest is None or self.earliest > now:
             return []
@@ -322,7 +310,7 @@ class Calls:
         self._plan()
         return [missed for missed in found if missed is not None]
 
-    def _missed_by(self, key: str, call: _Call, now: float) -> Optional[Missed]:
+    def _missed_by(self, key: str, call: _Call, now: float) -> Missed | None:
         if call.deadline is not None and call.deadline <= now:
             if call.missed:
                 return call.missed._replace(since=call.deadline, awaited=False)

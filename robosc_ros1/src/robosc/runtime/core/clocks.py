@@ -23,20 +23,7 @@ from collections import deque
 from heapq import heappop, heappush
 from itertools import count
 from types import MethodType
-from typing import (
-    Callable,
-    Deque,
-    Dict,
-    FrozenSet,
-    Iterable,
-    Iterator,
-    List,
-    Mapping,
-    Optional,
-    Sequence,
-    Tuple,
-    Union,
-)
+from typing import Callable, Iterable, Iterator, Mapping, Optional, Sequence, Tuple, Union
 
 from .calls import RETRY, Calls, Missed
 from .model import After, Controller
@@ -60,8 +47,8 @@ class Watch:
     def __init__(self, key: str, delay: float, rank: int) -> None:
         self.key = key
         self.delay, self.rank = max(_SHORTEST, delay), rank
-        self.deadline: Optional[float] = None
-        self.planned: Optional[float] = None  # its time in the heap
+        self.deadline: float | None = None
+        self.planned: float | None = None  # its time in the heap
         self.heard = 0.0  # the time of the machine when a message came last
 
 
@@ -72,11 +59,11 @@ class Timer:
 
     def __init__(self, controller: Controller, row: After, delay: float, rank: int) -> None:
         self.row = row
-        self.step: Callable[[], Optional[str]] = MethodType(row.step, controller)
+        self.step: Callable[[], str | None] = MethodType(row.step, controller)
         self.delay, self.rank = max(_SHORTEST, delay), rank
-        self.deadline: Optional[float] = None
-        self.planned: Optional[float] = None
-        self.entries: Optional[int] = None  # the count of entries when it was started last
+        self.deadline: float | None = None
+        self.planned: float | None = None
+        self.entries: int | None = None  # the count of entries when it was started last
 
 
 Deadline = Tuple[Optional[int], Optional[float]]
@@ -96,7 +83,7 @@ class Clocks:
         self,
         controller: Controller,
         timeout_of: Callable[[str], float],
-        seconds: Callable[[Union[float, str]], float],
+        seconds: Callable[[float | str], float],
         now: Callable[[], float],
         steady: Callable[[], float],
     ) -> None:
@@ -113,13 +100,13 @@ class Clocks:
         ]
         self.delays = sorted(clock.delay for clock in self._all())
         """The delays of all clocks, the shortest first."""
-        self._touched: Dict[str, List[Timer]] = {}
+        self._touched: dict[str, list[Timer]] = {}
         for timer in self._timers:
             for name in {timer.row.entries, *timer.row.reads}:
                 self._touched.setdefault(name, []).append(timer)
         self.concerned = frozenset(self._touched)
         """The attributes after whose writing :meth:`follow` must be called."""
-        self._heap: List[Tuple[float, int, Clock]] = []
+        self._heap: list[tuple[float, int, Clock]] = []
         self.steps_back = 0
         """How often the port's clock stepped back."""
         self._last = self._since = BEFORE_TIME  # the port's time, and when it stepped back last
@@ -203,7 +190,7 @@ class Clocks:
     def is_watched(self, key: str) -> bool:
         return key in self._watches
 
-    def heard(self, keys: Iterable[str], arrival: Optional[float]) -> None:
+    def heard(self, keys: Iterable[str], arrival: float | None) -> None:
         """Restart the timeouts of messages that arrived at this time of the port, or end them
         (None: too long ago); messages without a timeout are ignored."""
         time = now = self.time()
@@ -218,7 +205,7 @@ class Clocks:
                 watch.deadline = now if arrival is None else time + watch.delay
                 self.plan(watch)
 
-    def follow(self, writes: FrozenSet[str]) -> None:
+    def follow(self, writes: frozenset[str]) -> None:
         """Update the clocks after an event that wrote these attributes."""
         time = self.time()
         for name in writes:
@@ -228,7 +215,7 @@ class Clocks:
                 elif timer.deadline is not None and timer.deadline <= time:
                     self.plan(timer)  # it was due before, but its guard did not hold
 
-    def first_due(self, now: float) -> Optional[Tuple[float, Clock]]:
+    def first_due(self, now: float) -> tuple[float, Clock] | None:
         """Return the clock that has been due for the longest time, and since when; None: none is
         due."""
         heap = self._heap
@@ -251,14 +238,14 @@ class Clocks:
         """Stop a clock after its effect."""
         clock.deadline = None
 
-    def time_to_next(self) -> Optional[float]:
+    def time_to_next(self) -> float | None:
         """Return the seconds until a clock may be due; None: none is running."""
         time = self.time()
         return max(0.0, self._heap[0][0] - time) if self._heap else None
 
     # The timers of a state that may be the present one, see :mod:`.crossings`.
 
-    def deadlines(self) -> Tuple[Deadline, ...]:
+    def deadlines(self) -> tuple[Deadline, ...]:
         return tuple((timer.entries, timer.deadline) for timer in self._timers)
 
     def set_deadlines(self, deadlines: Mapping[int, Deadline]) -> None:
@@ -268,7 +255,7 @@ class Clocks:
             timer.entries, timer.deadline = entries, deadline
             self.plan(timer)
 
-    def followed(self, deadlines: Sequence[Deadline]) -> Tuple[Deadline, ...]:
+    def followed(self, deadlines: Sequence[Deadline]) -> tuple[Deadline, ...]:
         """Return what becomes of the timers of another state, in the present one."""
         found = []
         for timer, known in zip(self._timers, deadlines):
@@ -278,7 +265,7 @@ class Clocks:
             found.append(known)
         return tuple(found)
 
-    def nearly_due(self, deadlines: Sequence[Deadline], span: float) -> List[int]:
+    def nearly_due(self, deadlines: Sequence[Deadline], span: float) -> list[int]:
         """Return the indexes of the timers that are due within so many seconds, the first first."""
         if not deadlines:
             return []
@@ -287,13 +274,13 @@ class Clocks:
         return [index for _, index in sorted(due)]
 
     @staticmethod
-    def stopped(deadlines: Sequence[Deadline], index: int) -> Tuple[Deadline, ...]:
+    def stopped(deadlines: Sequence[Deadline], index: int) -> tuple[Deadline, ...]:
         """Return the timers without one of them."""
         found = list(deadlines)
         found[index] = found[index][0], None
         return tuple(found)
 
-    def delayed(self, index: int) -> Tuple[After, Callable[[], Optional[str]]]:
+    def delayed(self, index: int) -> tuple[After, Callable[[], str | None]]:
         """Return the delayed transition of a timer, and what takes it."""
         return self._timers[index].row, self._timers[index].step
 
@@ -304,7 +291,7 @@ class Clocks:
         """Restart all running clocks, since the port has another clock."""
         self._go_on_by_another_clock()
 
-    def time_left(self) -> Dict[str, float]:
+    def time_left(self) -> dict[str, float]:
         """Return the seconds until each running clock is due, by its message's key or by
         ``Component.state``."""
         time = self.time()
@@ -314,7 +301,7 @@ class Clocks:
                 found["%s.%s" % (timer.row.component, timer.row.state)] = timer.deadline - time
         return {name: max(0.0, left) for name, left in found.items()}
 
-    def _all(self) -> List[Clock]:
+    def _all(self) -> list[Clock]:
         return [*self._watches.values(), *self._timers]
 
     def _restart_all(self, time: float) -> None:
@@ -328,7 +315,7 @@ class Clocks:
         timer.deadline = self._deadline_of(timer, time)
         self.plan(timer)
 
-    def _deadline_of(self, timer: Timer, time: float) -> Optional[float]:
+    def _deadline_of(self, timer: Timer, time: float) -> float | None:
         """Return when a timer is due that starts at a time; None: its state is not the present."""
         is_there = stands_in(self._state[timer.row.location], timer.row.state)
         return time + timer.delay if is_there and self.has_begun else None
@@ -346,7 +333,7 @@ _LONGEST_WAIT = 3600.0
 """Seconds; locks do not accept arbitrarily long timeouts, but a deadline may be that far away."""
 
 
-def shortest(*times: Optional[float]) -> Optional[float]:
+def shortest(*times: float | None) -> float | None:
     """Return for how long to wait if something is due in each of these times, or never (None)."""
     known = [time for time in times if time is not None]
     return max(0.0, min(_LONGEST_WAIT, *known)) if known else None
@@ -368,7 +355,7 @@ class Deadlines:
         self._steady = steady
         self._awaits = awaits
 
-    def time_to_next(self) -> Optional[float]:
+    def time_to_next(self) -> float | None:
         """Return the seconds until something is ready, or None."""
         earliest = self._calls.earliest
         call = None if earliest is None else earliest - self._steady()
@@ -379,7 +366,7 @@ class Deadlines:
         earliest = self._calls.earliest
         return self._clocks.any_due() or (earliest is not None and earliest <= self._steady())
 
-    def ready(self) -> Iterator[Union[Timer, Watch, Missed]]:
+    def ready(self) -> Iterator[Timer | Watch | Missed]:
         """Yield what is ready, to be applied before the next; that may make more ready.
 
         A timer is ready if its delay is over, whether its guard holds or not. A timeout is not
@@ -387,7 +374,7 @@ class Deadlines:
         """
         # What becomes due meanwhile is left to the next call, so that inputs are not kept waiting.
         time, steady = self._clocks.time(), self._steady()
-        held: List[Watch] = []
+        held: list[Watch] = []
         while True:
             due = self._clocks.first_due(time)
             missed = min(self._calls.expired(steady), default=None)
@@ -429,15 +416,15 @@ class TimeMonitor:
     """Watches the clocks of a model. ``steady`` is the clock of the machine."""
 
     def __init__(self, clocks: Clocks, steady: Callable[[], float]) -> None:
-        self.faults: List[str] = []
+        self.faults: list[str] = []
         """The current faults, as texts."""
-        self.replaced: Optional[str] = None
+        self.replaced: str | None = None
         """The fault that the clock was replaced, while that is so."""
         self._clocks = clocks
         self._steady = steady
-        self._steps: Deque[Tuple[float, int]] = deque()
+        self._steps: deque[tuple[float, int]] = deque()
 
-    def look(self) -> List[str]:
+    def look(self) -> list[str]:
         """Update the faults, and return the new ones."""
         before = self.faults
         self.faults = [] if self.replaced is None else [self.replaced]
@@ -445,7 +432,7 @@ class TimeMonitor:
             self.faults += self._found()
         return [fault for fault in self.faults if fault not in before]
 
-    def blinding(self) -> List[str]:
+    def blinding(self) -> list[str]:
         """Return the faults with which it is not known now what time it is in the model."""
         stood = self._clocks.look(self._steady())
         found = [] if self.replaced is None else [self.replaced]
@@ -455,7 +442,7 @@ class TimeMonitor:
             found.append(_STANDS)
         return found
 
-    def _found(self) -> List[str]:
+    def _found(self) -> list[str]:
         found = []
         now = self._steady()
         stood = self._clocks.look(now)

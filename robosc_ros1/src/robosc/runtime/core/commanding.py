@@ -4,7 +4,7 @@ completion after each."""
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, FrozenSet, List, Optional
+from typing import Any, Callable
 
 from .clocks import Timer
 from .engine import Engine
@@ -30,13 +30,13 @@ class Commanding:
     def begin(self) -> None:
         """The scheduler has begun: what is allowed is due at once."""
 
-    def observed(self, entries: Inputs, message: Any) -> List[BoundInput]:
+    def observed(self, entries: Inputs, message: Any) -> list[BoundInput]:
         return self._engine.apply(entries, message)
 
-    def after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+    def after(self, writes: frozenset[str], ended: str | None) -> None:
         self._scheduler.update(self._scheduler.affected(writes), ended, self._now())
 
-    def due(self) -> Optional[float]:
+    def due(self) -> float | None:
         return None if self._engine.stopped else self._scheduler.time_to_next(self._now())
 
     def act(self) -> bool:
@@ -60,7 +60,7 @@ class Commanding:
         self._sending.withdraw(engine.stopped or "the node ends")
         self.after(self._sending.stop(lambda: engine.stopped is not None or engine.closing), None)
 
-    def let_through(self) -> Optional[str]:
+    def let_through(self) -> str | None:
         """Perform the command that would be next; return why not, if so."""
         if self._engine.pauses.holds:
             return "it stood still, and first applies the messages that waited"
@@ -73,14 +73,14 @@ class Commanding:
         self._sending.perform(command)
         return None
 
-    def snapshot(self) -> Dict[str, Any]:
+    def snapshot(self) -> dict[str, Any]:
         return {}
 
 
 def controller_engine(
     controller: Controller,
     port: Port,
-    settings: Optional[Settings] = None,
+    settings: Settings | None = None,
     steady: Callable[[], float] = steady_time,
 ) -> Engine[Commanding]:
     """Return the engine of a controller, see :class:`.engine.Engine`."""

@@ -4,18 +4,7 @@
 from __future__ import annotations
 
 import time
-from typing import (
-    Callable,
-    Iterable,
-    Iterator,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Set,
-    Tuple,
-)
+from typing import Callable, Iterable, Iterator, Mapping, NamedTuple, Sequence
 
 from .recorder import Throttle
 
@@ -44,15 +33,15 @@ class Connections(NamedTuple):
     """
 
     node: str
-    heard: Tuple[str, ...]
-    commanded: Tuple[str, ...]
-    guarded: Tuple[str, ...] = ()
-    allowed: Tuple[str, ...] = ()
-    statuses: Tuple[str, ...] = ()
+    heard: tuple[str, ...]
+    commanded: tuple[str, ...]
+    guarded: tuple[str, ...] = ()
+    allowed: tuple[str, ...] = ()
+    statuses: tuple[str, ...] = ()
     simulated: bool = False
 
     @property
-    def topics(self) -> Tuple[str, ...]:
+    def topics(self) -> tuple[str, ...]:
         """All topics whose other nodes are watched."""
         return (*self.heard, *self.commanded, *self.guarded, *self.statuses, CLOCK)
 
@@ -93,7 +82,7 @@ class Connections(NamedTuple):
             if not self._but_this(subscribers.get(topic, ())):
                 yield "nobody subscribes to %s" % topic
 
-    def second_clock(self, publishers: _Nodes) -> Optional[str]:
+    def second_clock(self, publishers: _Nodes) -> str | None:
         """Return the fault that this node follows another clock than those who publish or await
         simulated time; None: it does not."""
         clocks = " and ".join(sorted(set(publishers.get(CLOCK, ()))))
@@ -101,11 +90,11 @@ class Connections(NamedTuple):
             return UNUSED_CLOCK % clocks
         return None if clocks or not self.simulated else NO_CLOCK
 
-    def _others(self, topic: str, nodes: _Nodes) -> List[str]:
+    def _others(self, topic: str, nodes: _Nodes) -> list[str]:
         names = set(self._but_this(nodes.get(topic, ())))
         return sorted(names - {"/" + name.lstrip("/") for name in self.allowed})
 
-    def _but_this(self, names: Iterable[str]) -> List[str]:
+    def _but_this(self, names: Iterable[str]) -> list[str]:
         return [name for name in names if name != self.node]
 
 
@@ -120,14 +109,14 @@ class ConnectionWatch:
 
     def __init__(self, connections: Connections, warn: Callable[[str], None]) -> None:
         self.connections = connections
-        self.faults: List[str] = []
+        self.faults: list[str] = []
         """The current faults of other nodes, as texts."""
-        self.unconnected: List[str] = []
+        self.unconnected: list[str] = []
         """The topics, services and actions without a node at the other end, as texts."""
         self.unserved: Callable[[], Sequence[str]] = tuple
         """Returns the full names of the services and actions without a server."""
-        self._clock: Optional[str] = None  # the fault of the last check
-        self._told: Set[str] = set()  # those of which the log says that they have none
+        self._clock: str | None = None  # the fault of the last check
+        self._told: set[str] = set()  # those of which the log says that they have none
         self._warn = warn
         self._throttle = Throttle(60.0)
 

@@ -17,22 +17,8 @@ from __future__ import annotations
 
 import threading
 import traceback
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    Callable,
-    Deque,
-    Dict,
-    FrozenSet,
-    Generic,
-    List,
-    NamedTuple,
-    Optional,
-    Protocol,
-    Tuple,
-    TypeVar,
-    Union,
-)
+from collections import deque
+from typing import TYPE_CHECKING, Any, Callable, Generic, NamedTuple, Protocol, TypeVar
 
 from .calls import REFUSED, Failure, Missed
 from .clocks import Deadlines, TimeMonitor, Timer, Watch, shortest
@@ -59,17 +45,17 @@ class NodeRole(Protocol):
     def begin(self) -> None:
         """Begin in the present state: at the start, and after each :meth:`stand_still`."""
 
-    def observed(self, entries: Inputs, message: Any) -> List[BoundInput]:
+    def observed(self, entries: Inputs, message: Any) -> list[BoundInput]:
         """Apply the events that a message is; return those that were applied."""
 
     def delayed(self, timer: Timer) -> None:
         """Take a transition whose delay is over."""
 
-    def after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+    def after(self, writes: frozenset[str], ended: str | None) -> None:
         """Take notice of an event, which wrote these attributes and ended a request (by key), if
         any, when all internal transitions after it were taken."""
 
-    def due(self) -> Optional[float]:
+    def due(self) -> float | None:
         """Return the seconds until :meth:`act` has something to do; None: it has not."""
 
     def act(self) -> bool:
@@ -79,17 +65,17 @@ class NodeRole(Protocol):
         """Cancel running goals, whose end is still reported, refuse calls, and send the stop
         command."""
 
-    def let_through(self) -> Optional[str]:
+    def let_through(self) -> str | None:
         """Let one command through, though all are held; return why not, if so."""
 
-    def snapshot(self) -> Dict[str, Any]:
+    def snapshot(self) -> dict[str, Any]:
         """Return what there is to tell of it, beside the state, for use in another thread."""
 
 
 class Forwarder(Protocol):
     """Passes calls of the robot on, and what becomes of them back."""
 
-    keys: FrozenSet[str]
+    keys: frozenset[str]
     """Those of the communications whose calls are passed on."""
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
@@ -118,9 +104,9 @@ class InputEvents:
 
     def __init__(self, parts: EngineParts) -> None:
         self._parts = parts
-        self._broken: Dict[str, int] = {}
+        self._broken: dict[str, int] = {}
 
-    def apply(self, entry: BoundInput, message: Any) -> Optional[Unfit]:
+    def apply(self, entry: BoundInput, message: Any) -> Unfit | None:
         """Apply one event; return why not, if so."""
         parts = self._parts
         value = word = None
@@ -151,7 +137,7 @@ class InputEvents:
         )
         return None
 
-    def faults(self) -> List[str]:
+    def faults(self) -> list[str]:
         """Return which assumptions the robot has broken, and how often."""
         return ["broken %d times: %s" % (count, text) for text, count in self._broken.items()]
 
@@ -165,7 +151,7 @@ class RunToCompletion:
         self._stop = stop
         self._undefined = 0
 
-    def complete(self, writes: FrozenSet[str]) -> FrozenSet[str]:
+    def complete(self, writes: frozenset[str]) -> frozenset[str]:
         """Complete an event that wrote these attributes; return all attributes written."""
         if self._transitions:
             writes = self.run(writes)
@@ -180,7 +166,7 @@ class RunToCompletion:
             parts.clocks.follow(writes)
         return writes
 
-    def run(self, writes: Optional[FrozenSet[str]]) -> FrozenSet[str]:
+    def run(self, writes: frozenset[str] | None) -> frozenset[str]:
         """Take internal transitions until none is enabled after these attributes were written
         (None: all); return all attributes written."""
         recorder = self._parts.recorder
@@ -198,7 +184,7 @@ class RunToCompletion:
         return written
 
 
-def _lacks(parts: EngineParts) -> Dict[Tuple[str, str], str]:
+def _lacks(parts: EngineParts) -> dict[tuple[str, str], str]:
     """Return why commands that are allowed cannot be sent: what their data lack, by key and
     kind."""
     allowed = (c for c in parts.scheduler.commands if c.was and c.possible)
@@ -207,8 +193,8 @@ def _lacks(parts: EngineParts) -> Dict[Tuple[str, str], str]:
 
 
 def snapshot_of(
-    parts: EngineParts, stopped: Optional[str], dropped: int, faults: List[str]
-) -> Dict[str, Any]:
+    parts: EngineParts, stopped: str | None, dropped: int, faults: list[str]
+) -> dict[str, Any]:
     """Return a copy of the state and the counters of an engine."""
     if dropped != parts.recorder.counters["dropped"]:
         parts.recorder.counters["dropped"] = dropped
@@ -238,7 +224,7 @@ _BATCH = 100
 _CLOSING = 0.3
 """Seconds for which an engine that ends waits for the server of the stop command."""
 
-_NOTHING: FrozenSet[str] = frozenset()
+_NOTHING: frozenset[str] = frozenset()
 
 R = TypeVar("R", bound=NodeRole)
 Misfit = Callable[[BoundInput, Any, Any, Failure], bool]
@@ -259,17 +245,17 @@ class Engine(Generic[R]):
         role: Callable[[Engine[Any]], R],
         controller: Controller,
         port: Port,
-        settings: Optional[Settings] = None,
+        settings: Settings | None = None,
         steady: Callable[[], float] = steady_time,
-        now: Optional[Callable[[], float]] = None,
+        now: Callable[[], float] | None = None,
     ) -> None:
         self.settings = settings or Settings()
         self.controller = controller
-        self.stopped: Optional[str] = None
+        self.stopped: str | None = None
         """The reason of the safe stop; None: not stopped."""
         self.closing = False
         """Whether it is to end."""
-        self.keeper: Optional[Keeper] = None
+        self.keeper: Keeper | None = None
         """What keeps the values of persistent variables; None: there are none."""
         self.changed = threading.Event()
         """Set for the reporter after events."""
@@ -280,9 +266,9 @@ class Engine(Generic[R]):
         self.requests = Requests(parts, self.observe)
         self.pauses = Pauses(parts)
         self.time_monitor = TimeMonitor(parts.clocks, steady)
-        self.forwarder: Optional[Forwarder] = None
+        self.forwarder: Forwarder | None = None
         """What passes on the calls of the robot; None: the controller answers them."""
-        self.served: Optional[ServedCalls] = None
+        self.served: ServedCalls | None = None
         """The calls of the robot that wait; None: the node takes none."""
         self._port = port
         self._now = parts.now
@@ -290,9 +276,9 @@ class Engine(Generic[R]):
         self._calls = parts.calls
         self._clocks = parts.clocks
         self._turns = parts.turns
-        self._queue: Deque[Item] = parts.turns.queue
+        self._queue: deque[Item] = parts.turns.queue
         self._log = parts.log
-        self._ages: Optional[Ages] = None
+        self._ages: Ages | None = None
         if any(c.max_age is not None for c in controller.COMMUNICATIONS):
             from .ages import Ages
 
@@ -302,7 +288,7 @@ class Engine(Generic[R]):
         # What a role, or who has made the engine, may replace
         self.submit: Callable[[Item], None] = self._submit
         """Takes what arrives, in any thread."""
-        self.wait: Callable[[Optional[float]], None] = parts.turns.wait
+        self.wait: Callable[[float | None], None] = parts.turns.wait
         """Waits, in the engine's thread, for at most so many seconds (None: for ever)."""
         self.safe_stop: Callable[[str], None] = self._safe_stop
         """Makes a safe stop for a reason."""
@@ -335,7 +321,7 @@ class Engine(Generic[R]):
         """
         self._owner(key).report(key, token, kind, payload)
 
-    def _owner(self, key: str) -> Union[Requests, Forwarder]:
+    def _owner(self, key: str) -> Requests | Forwarder:
         """Return what the requests of a communication belong to."""
         forwarder = self.forwarder
         return self.requests if forwarder is None or key not in forwarder.keys else forwarder
@@ -348,7 +334,7 @@ class Engine(Generic[R]):
         """Pass on that the robot cancels a goal."""
         self._turns.put(lambda: self._serving().recall(key, call))
 
-    def _serving(self) -> Union[ServedCalls, Forwarder]:
+    def _serving(self) -> ServedCalls | Forwarder:
         found = self.forwarder or self.served
         assert found is not None
         return found
@@ -408,13 +394,13 @@ class Engine(Generic[R]):
         self._clocks.begin()
         self.role.begin()
 
-    def restart_clocks(self, fault: Optional[str]) -> None:
+    def restart_clocks(self, fault: str | None) -> None:
         """Restart the model's clocks after the port's clock was replaced; ``fault`` is what is to
         be shown from now on."""
         self._clocks.change()
         self.time_monitor.replaced = fault
 
-    def time_to_deadline(self) -> Optional[float]:
+    def time_to_deadline(self) -> float | None:
         """Return the seconds until the next deadline; None: the engine only waits for inputs."""
         return shortest(self.role.due(), self._deadlines.time_to_next())
 
@@ -518,13 +504,13 @@ class Engine(Generic[R]):
             self.recorder.record("after", row.component, path, tau=row.number, writes=row.writes)
             self.after(frozenset(row.writes), None)
 
-    def observe(self, entries: Inputs, message: Any) -> List[BoundInput]:
+    def observe(self, entries: Inputs, message: Any) -> list[BoundInput]:
         """Have the role apply the events that a message represents; return those that were."""
         return self.role.observed(entries, message)
 
     def apply(
-        self, entries: Inputs, message: Any, misfit: Optional[Misfit] = None
-    ) -> List[BoundInput]:
+        self, entries: Inputs, message: Any, misfit: Misfit | None = None
+    ) -> list[BoundInput]:
         """Apply the events that a message represents, then run to completion.
 
         Returns the events that were applied; ``misfit`` takes those that cannot be, by default
@@ -562,19 +548,19 @@ class Engine(Generic[R]):
 
         return False
 
-    def complete(self, writes: FrozenSet[str]) -> FrozenSet[str]:
+    def complete(self, writes: frozenset[str]) -> frozenset[str]:
         """Take all internal transitions after an event that wrote these attributes; return all
         attributes written."""
         return self._completion.complete(writes)
 
-    def after(self, writes: FrozenSet[str], ended: Optional[str]) -> FrozenSet[str]:
+    def after(self, writes: frozenset[str], ended: str | None) -> frozenset[str]:
         """Complete an event that wrote these attributes and ended a request (by key), if any;
         return all attributes written."""
         writes = self._completion.complete(writes)
         self.role.after(writes, ended)
         return writes
 
-    def idle(self) -> Optional[str]:
+    def idle(self) -> str | None:
         """Return why calls are refused now, or None."""
         return self.stopped or ("it ends" if self.closing else None)
 
@@ -609,12 +595,12 @@ class Engine(Generic[R]):
         self.role.begin()
         self.changed.set()
 
-    def let_through(self) -> Optional[str]:
+    def let_through(self) -> str | None:
         return self.role.let_through()
 
     # For reporters, through invoke
 
-    def snapshot(self) -> Dict[str, Any]:
+    def snapshot(self) -> dict[str, Any]:
         """Return a copy of the state and the counters for use in another thread."""
         more = self.role.snapshot()
         for fault in self.time_monitor.look():

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from copy import copy
 from types import MethodType
-from typing import TYPE_CHECKING, Any, Callable, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Tuple, Union
 
 from .calls import Calls
 from .clocks import Clocks
@@ -34,11 +34,11 @@ class BoundInput:
         self.name = name
         self.call = call  # it is part of a request to a service or an action
         self.ends = entry.key if call and entry.kind in _ENDS else None
-        self.read: Optional[Callable[[Any], Any]] = (
+        self.read: Callable[[Any], Any] | None = (
             None if entry.read is None else MethodType(entry.read, controller)
         )
         self.apply: Callable[[Any], None] = MethodType(entry.apply, controller)
-        self.expects: Optional[Callable[[Any], bool]] = (
+        self.expects: Callable[[Any], bool] | None = (
             None if entry.expects is None else MethodType(entry.expects, controller)
         )
         self.writes = frozenset(entry.writes)
@@ -93,7 +93,7 @@ class EngineParts:
             )
             for i in controller.INPUTS
         }
-        self.transitions: Optional[InternalTransitions] = None
+        self.transitions: InternalTransitions | None = None
         if controller.TAUS:
             from .internal_transitions import InternalTransitions
 

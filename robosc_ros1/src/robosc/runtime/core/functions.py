@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from numbers import Real
-from typing import Callable, Iterable, List, Sequence, Tuple
+from typing import Callable, Iterable, Sequence
 
 from .values import Undefined, Value, widen
 
@@ -118,7 +118,7 @@ def element(array: Sequence[Value], index: int) -> Value:
     raise Undefined
 
 
-def section(array: Sequence[Value], first: int, last: int) -> List[Value]:
+def section(array: Sequence[Value], first: int, last: int) -> list[Value]:
     """Return the existing elements from index ``first`` to ``last``, both included.
 
     Negative indexes count from the end. If ``first`` is after ``last``, the slice wraps around the
@@ -144,7 +144,7 @@ _ANY_STEP = 0.001
 
 def sector(
     ranges: Sequence[Value], angle_min: Value, angle_increment: Value, first: Value, last: Value
-) -> List[Value]:
+) -> list[Value]:
     """Return the ranges of a scan between two angles in radians, both included, in that order.
 
     Angles that differ by whole turns are the same. If ``last`` is below ``first``, the sector
@@ -162,7 +162,7 @@ def sector(
         return []
     width = min(width if width >= 0 else width % _TURN, _TURN)
     begin = (begin - start) % _TURN  # from the ray with the least angle
-    found: List[Value] = []
+    found: list[Value] = []
     free = count  # of the rays from here on none has been found yet
     for turn in range(-int(count * step / _TURN), 2):
         low = (begin - turn * _TURN) / step - _TOLERANCE
@@ -178,7 +178,7 @@ def sector(
     return found
 
 
-def defined(function: Callable[[Value], Value], array: Iterable[Value]) -> List[Value]:
+def defined(function: Callable[[Value], Value], array: Iterable[Value]) -> list[Value]:
     """Return the results of a function for the elements, without undefined ones."""
     results = []
     for item in array:
@@ -187,7 +187,7 @@ def defined(function: Callable[[Value], Value], array: Iterable[Value]) -> List[
     return results
 
 
-def where(condition: Callable[[Value], bool], array: Iterable[Value]) -> List[Value]:
+def where(condition: Callable[[Value], bool], array: Iterable[Value]) -> list[Value]:
     """Return the elements for which a condition is defined and true."""
     found = []
     for item in array:
@@ -197,7 +197,7 @@ def where(condition: Callable[[Value], bool], array: Iterable[Value]) -> List[Va
     return found
 
 
-def spread(function: Callable[..., Value]) -> Callable[[Tuple[int, Value]], Value]:
+def spread(function: Callable[..., Value]) -> Callable[[tuple[int, Value]], Value]:
     """Return a function of a position and an element as one of their pair."""
     return lambda pair: function(*pair)
 

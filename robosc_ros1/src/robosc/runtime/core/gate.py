@@ -9,7 +9,7 @@ anywhere outside the engine. A message is tried again on its beat; a request is 
 
 from __future__ import annotations
 
-from typing import Any, Callable, Optional
+from typing import Any, Callable
 
 from .port import Port, WaitingCall
 from .values import Undefined, demand_finite
@@ -38,7 +38,7 @@ class Gate:
         if whole:
             self._port.check(key, data)
 
-    def lack(self, key: str, give: Optional[Callable[[], Any]]) -> Optional[str]:
+    def lack(self, key: str, give: Callable[[], Any] | None) -> str | None:
         """Return why what a command would be sent with now cannot be sent; None: it can."""
         if give is None:
             return None

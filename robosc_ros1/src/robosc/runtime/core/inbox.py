@@ -18,7 +18,7 @@ import math
 import threading
 from collections import deque
 from contextlib import suppress
-from typing import Any, Callable, Deque, List, Optional, Tuple, Union
+from typing import Any, Callable
 
 LIMIT = 1000
 """The most waiting messages of one topic; the engine handles them in some ten milliseconds."""
@@ -46,7 +46,7 @@ class Inbox:
         submit: Callable[[Any], None],
         put: Callable[[Any], None],
         entries: Any,
-        now: Optional[Callable[[], float]],
+        now: Callable[[], float] | None,
     ) -> None:
         self.dropped = 0
         self.is_watched = now is not None
@@ -56,10 +56,10 @@ class Inbox:
         self._now = now
         self._lock = threading.Lock()
         # Without times only the number counts, for which a list takes less memory.
-        self._arrivals: Union[Deque[float], List[float]] = [] if now is None else deque()
-        self._latest: Optional[Tuple[Any, float]] = None
+        self._arrivals: deque[float] | list[float] = [] if now is None else deque()
+        self._latest: tuple[Any, float] | None = None
 
-    def post(self, message: Any, arrival: Optional[float] = None) -> None:
+    def post(self, message: Any, arrival: float | None = None) -> None:
         """Pass on a message that arrived then (None: now); may be called from any thread."""
         if arrival is None:
             arrival = 0.0 if self._now is None else self._now()
@@ -107,7 +107,7 @@ class EngineQueue:
     """
 
     def __init__(self, steady: Callable[[], float]) -> None:
-        self.queue: Deque[Any] = deque()
+        self.queue: deque[Any] = deque()
         self._steady = steady
         self._turn = threading.Lock()
         self._turn.acquire()
@@ -138,7 +138,7 @@ class EngineQueue:
             return False
         return True
 
-    def wake_within(self, delay: Optional[float]) -> None:
+    def wake_within(self, delay: float | None) -> None:
         """Make sure that the engine's thread wakes up within so many seconds (None: no
         deadline)."""
         if delay is not None and self._steady() + delay < self._deadline - _SLACK:
@@ -149,7 +149,7 @@ class EngineQueue:
 
     # The engine's thread
 
-    def wait(self, delay: Optional[float]) -> None:
+    def wait(self, delay: float | None) -> None:
         """Give up the turn until ``wake``, or for at most so many seconds, then take it again; do
         nothing while items wait."""
         if self.queue:

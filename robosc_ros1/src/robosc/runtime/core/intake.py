@@ -13,7 +13,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from functools import partial
-from typing import TYPE_CHECKING, Any, Callable, Deque, Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, NamedTuple, Sequence
 
 from .engine_parts import EngineParts, Item
 from .inbox import Inbox
@@ -36,8 +36,8 @@ class _Waiting(NamedTuple):
     message: Any = None
     weight: int = 0
     is_raw: bool = False
-    arrival: Optional[float] = None
-    then: Optional[Nothing] = None
+    arrival: float | None = None
+    then: Nothing | None = None
 
 
 class HeavyTopic:
@@ -51,10 +51,10 @@ class HeavyTopic:
     def __init__(
         self,
         convert: Callable[[Any], Any],
-        post: Callable[[Any, Optional[float]], None],
+        post: Callable[[Any, float | None], None],
         put: Callable[[Nothing], None],
         lost: Callable[[int], None],
-        now: Callable[[], Optional[float]] = lambda: None,
+        now: Callable[[], float | None] = lambda: None,
     ) -> None:
         self.is_busy = False
         """Whether messages wait, or one is converted or handled."""
@@ -64,9 +64,9 @@ class HeavyTopic:
         self._lost = lost
         self._now = now
         self._news = threading.Condition()
-        self._waiting: Deque[_Waiting] = deque()
+        self._waiting: deque[_Waiting] = deque()
         self._weight = self._count = 0  # of the messages among them
-        self._thread: Optional[threading.Thread] = None
+        self._thread: threading.Thread | None = None
 
     # The thread that receives the topic
 
@@ -153,13 +153,13 @@ class Intake:
     """The inboxes of an engine. ``submit`` handles an item at once, or queues it."""
 
     def __init__(
-        self, parts: EngineParts, ages: Optional[Ages], submit: Callable[[Item], None]
+        self, parts: EngineParts, ages: Ages | None, submit: Callable[[Item], None]
     ) -> None:
         self._parts = parts
         self._ages = ages
         self._submit = submit
-        self._inboxes: Dict[Tuple[str, ...], Inbox] = {}
-        self._heavy: Dict[str, HeavyTopic] = {}
+        self._inboxes: dict[tuple[str, ...], Inbox] = {}
+        self._heavy: dict[str, HeavyTopic] = {}
         self._lost = 0
         self._lock = threading.Lock()
 
@@ -172,7 +172,7 @@ class Intake:
             self._parts.turns.put(((entry,), message, 0))
 
     def poster(
-        self, keys: Sequence[str], arrived: Optional[Callable[..., None]] = None
+        self, keys: Sequence[str], arrived: Callable[..., None] | None = None
     ) -> Callable[..., None]:
         """Return a function that posts the messages of a topic; ``arrived`` gets the inputs that
         they represent, each message, and its inbox, in place of :meth:`.engine.Engine.arrived`.
@@ -202,7 +202,7 @@ class Intake:
         then()
 
     def inbox(
-        self, place: Tuple[str, ...], entries: Any, now: Optional[Callable[[], float]] = None
+        self, place: tuple[str, ...], entries: Any, now: Callable[[], float] | None = None
     ) -> Inbox:
         """Return the inbox of a topic, which is made for the first caller; see
         :class:`~.inbox.Inbox`."""

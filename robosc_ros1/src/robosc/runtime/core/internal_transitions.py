@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from heapq import heapify, heappop, heappush
 from types import MethodType
-from typing import Callable, Dict, FrozenSet, Iterable, Iterator, List, Optional, Set, Tuple
+from typing import Callable, Iterable, Iterator
 
 from .model import Controller, Tau
 
@@ -20,19 +20,19 @@ class InternalTransitions:
 
     def __init__(self, controller: Controller) -> None:
         self._taus = controller.TAUS
-        self._steps: List[Callable[[], Optional[str]]] = [
+        self._steps: list[Callable[[], str | None]] = [
             MethodType(tau.step, controller) for tau in self._taus
         ]
-        self._readers: Dict[str, Set[int]] = {}
+        self._readers: dict[str, set[int]] = {}
         for index, tau in enumerate(self._taus):
             for name in tau.reads:
                 self._readers.setdefault(name, set()).add(index)
-        self._affected: Dict[FrozenSet[str], Tuple[int, ...]] = {}
+        self._affected: dict[frozenset[str], tuple[int, ...]] = {}
 
     def __bool__(self) -> bool:
         return bool(self._taus)
 
-    def run(self, writes: Optional[FrozenSet[str]]) -> Iterator[Tuple[Tau, str]]:
+    def run(self, writes: frozenset[str] | None) -> Iterator[tuple[Tau, str]]:
         """Take transitions after these attributes were written (None: all); yield each with its
         path.
 
@@ -40,7 +40,7 @@ class InternalTransitions:
         """
         turn = list(range(len(self._taus)) if writes is None else self._reading(writes))
         queued = set(turn)
-        after: List[int] = []  # for the next pass in source order
+        after: list[int] = []  # for the next pass in source order
         while turn:
             index = heappop(turn)
             queued.discard(index)
@@ -58,7 +58,7 @@ class InternalTransitions:
                 turn, after = after, []
                 heapify(turn)
 
-    def _reading(self, writes: FrozenSet[str]) -> Iterable[int]:
+    def _reading(self, writes: frozenset[str]) -> Iterable[int]:
         """Return the transitions that read one of the attributes, in source order."""
         found = self._affected.get(writes)
         if found is None:

@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-from typing import Dict, Iterable
+from typing import Iterable
 
 from .model import Parameter
 from .settings import shortest
 
 
-def launch_arguments(parameters: Iterable[Parameter]) -> Dict[str, Parameter]:
+def launch_arguments(parameters: Iterable[Parameter]) -> dict[str, Parameter]:
     """Return the parameters by their names as arguments of launch files."""
-    named: Dict[str, Parameter] = {}
+    named: dict[str, Parameter] = {}
     for parameter in parameters:
         argument = parameter.name.replace("/", "_")
         while argument in named or argument in _OF_LAUNCH_FILES:  # of a.b and of a_b

@@ -9,19 +9,7 @@ alone where that is unambiguous.
 
 from __future__ import annotations
 
-from typing import (
-    Any,
-    Callable,
-    Dict,
-    Iterator,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-    Union,
-)
+from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence
 
 from .values import Undefined, as_read, is_one_of
 
@@ -45,9 +33,9 @@ class Parameter(NamedTuple):
     type: str
     default: Any
     meaning: str
-    choices: Tuple[str, ...] = ()
-    minimum: Optional[float] = None
-    maximum: Optional[float] = None
+    choices: tuple[str, ...] = ()
+    minimum: float | None = None
+    maximum: float | None = None
     attribute: str = ""
     shape: Any = None
     required: bool = False
@@ -72,14 +60,14 @@ class Communication(NamedTuple):
     key: str
     name: str
     sort: str
-    flags: Tuple[str, ...] = ()
-    phases: Tuple[str, ...] = ()
-    timeout: Union[float, str, None] = None
-    within: Union[float, str, None] = None
-    rate: Union[float, str, None] = None
-    goals: Optional[str] = None
-    max_age: Union[float, str, None] = None
-    frames: Optional[Tuple[str, str]] = None
+    flags: tuple[str, ...] = ()
+    phases: tuple[str, ...] = ()
+    timeout: float | str | None = None
+    within: float | str | None = None
+    rate: float | str | None = None
+    goals: str | None = None
+    max_age: float | str | None = None
+    frames: tuple[str, str] | None = None
 
 
 class Input(NamedTuple):
@@ -93,10 +81,10 @@ class Input(NamedTuple):
 
     key: str
     kind: str
-    read: Optional[Callable[[Any, Any], Any]]
+    read: Callable[[Any, Any], Any] | None
     apply: Callable[[Any, Any], None]
-    writes: Tuple[str, ...]
-    expects: Optional[Callable[[Any, Any], bool]] = None
+    writes: tuple[str, ...]
+    expects: Callable[[Any, Any], bool] | None = None
 
 
 class Command(NamedTuple):
@@ -121,20 +109,20 @@ class Command(NamedTuple):
     key: str
     kind: str
     guard: Callable[..., bool]
-    synchronisation: Optional[Callable[..., bool]]
-    data: Optional[Callable[[Any], Any]]
-    apply: Optional[Callable[..., None]]
-    reads: Tuple[str, ...]
-    writes: Tuple[str, ...]
-    requirements: Tuple[int, ...]
-    reason: Optional[str] = None
-    partners: Tuple[Tuple[str, Callable[..., bool]], ...] = ()
-    yields_to: Tuple[int, ...] = ()
+    synchronisation: Callable[..., bool] | None
+    data: Callable[[Any], Any] | None
+    apply: Callable[..., None] | None
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+    requirements: tuple[int, ...]
+    reason: str | None = None
+    partners: tuple[tuple[str, Callable[..., bool]], ...] = ()
+    yields_to: tuple[int, ...] = ()
     """Indexes of preferred commands: while one of them is enabled, this one is not sent."""
-    during: Tuple[str, ...] = ()
-    unless: Tuple[str, ...] = ()
-    read: Optional[Callable[[Any, Any], Any]] = None
-    correct: Optional[Callable[[Any, Any], Optional[Tuple[Dict[str, Any], str, str]]]] = None
+    during: tuple[str, ...] = ()
+    unless: tuple[str, ...] = ()
+    read: Callable[[Any, Any], Any] | None = None
+    correct: Callable[[Any, Any], tuple[dict[str, Any], str, str] | None] | None = None
 
     def possible(self, state: Mapping[str, Any]) -> bool:
         """Whether the phase of the communication permits it, given the controller's attributes."""
@@ -153,9 +141,9 @@ class Tau(NamedTuple):
 
     component: str
     number: int
-    step: Callable[[Any], Optional[str]]
-    reads: Tuple[str, ...]
-    writes: Tuple[str, ...]
+    step: Callable[[Any], str | None]
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
 
 
 class After(NamedTuple):
@@ -171,12 +159,12 @@ class After(NamedTuple):
     component: str
     number: int
     state: str
-    delay: Union[float, str]
+    delay: float | str
     location: str
     entries: str
-    step: Callable[[Any], Optional[str]]
-    reads: Tuple[str, ...]
-    writes: Tuple[str, ...]
+    step: Callable[[Any], str | None]
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
 
 
 class Requirement(NamedTuple):
@@ -190,7 +178,7 @@ class Requirement(NamedTuple):
     text: str
     place: str
     holds: Callable[..., bool]
-    failures: Optional[Callable[..., Iterator[Tuple[str, Dict[str, Any]]]]] = None
+    failures: Callable[..., Iterator[tuple[str, dict[str, Any]]]] | None = None
     on_data: bool = False
 
 
@@ -200,22 +188,22 @@ class Controller:
 
     ROBOT: str
     SOURCE: str
-    COMMUNICATIONS: Tuple[Communication, ...]
-    INPUTS: Tuple[Input, ...]
-    COMMANDS: Tuple[Command, ...]
-    TAUS: Tuple[Tau, ...]
-    AFTERS: Tuple[After, ...] = ()
-    REQUIREMENTS: Tuple[Requirement, ...]
-    REFUSALS: Mapping[str, Callable[[Any], Optional[Dict[str, Any]]]] = {}
+    COMMUNICATIONS: tuple[Communication, ...]
+    INPUTS: tuple[Input, ...]
+    COMMANDS: tuple[Command, ...]
+    TAUS: tuple[Tau, ...]
+    AFTERS: tuple[After, ...] = ()
+    REQUIREMENTS: tuple[Requirement, ...]
+    REFUSALS: Mapping[str, Callable[[Any], dict[str, Any] | None]] = {}
     """By key of a call that is served, what gives the fields of an answer that it failed."""
-    PARAMETERS: Tuple[Parameter, ...] = ()
+    PARAMETERS: tuple[Parameter, ...] = ()
     """The parameters that the model declares."""
-    LASTING: Mapping[str, Tuple[Callable[[Any], bool], str, str]] = {}
+    LASTING: Mapping[str, tuple[Callable[[Any], bool], str, str]] = {}
     """The conditions that must have held for some time, by name: the method for what one is about,
     and the attributes with its state, "waiting" or "holding", and with how often it began anew."""
-    STAGES: Tuple[str, ...] = ()
+    STAGES: tuple[str, ...] = ()
     """``Component.state stage`` of the states that perform a command; see :mod:`.places`."""
-    PERSISTENT: Mapping[str, Tuple[str, Sequence[Any]]] = {}
+    PERSISTENT: Mapping[str, tuple[str, Sequence[Any]]] = {}
     """The variables that keep their values when the node ends, ``Component.variable``: the
     attribute, and all values of its type."""
     persistent_file = ""
@@ -225,14 +213,14 @@ class Controller:
 
     reason = ""
     """Of the error that is applied: what the model calls its reason."""
-    undefined: Dict[str, int]
+    undefined: dict[str, int]
     """How often expressions were undefined, by place in the model; shared by all copies."""
 
-    def components(self) -> Dict[str, str]:
+    def components(self) -> dict[str, str]:
         """Return the current state of each component with behaviour."""
         raise NotImplementedError
 
-    def variables(self) -> Dict[str, Any]:
+    def variables(self) -> dict[str, Any]:
         """Return the current value of each variable, by ``Component.variable``."""
         raise NotImplementedError
 
@@ -241,11 +229,11 @@ class Controller:
         for parameter in self.PARAMETERS:
             setattr(self, parameter.attribute, as_read(values[parameter.name]))
 
-    def kept_values(self) -> Dict[str, Any]:
+    def kept_values(self) -> dict[str, Any]:
         """Return the values of the persistent variables, by name."""
         return {name: getattr(self, row[0]) for name, row in self.PERSISTENT.items()}
 
-    def start(self, values: Mapping[str, Any]) -> List[str]:
+    def start(self, values: Mapping[str, Any]) -> list[str]:
         """Set persistent variables, by name, before the first event; return the names of those for
         which there is no value of their type."""
         lacking = []
@@ -257,7 +245,7 @@ class Controller:
                 lacking.append(name)
         return lacking
 
-    def parameters(self) -> Dict[str, Any]:
+    def parameters(self) -> dict[str, Any]:
         """Return the values of the model's parameters, by name."""
         return {p.name: getattr(self, p.attribute) for p in self.PARAMETERS}
 

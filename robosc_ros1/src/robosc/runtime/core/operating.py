@@ -9,7 +9,7 @@ What the operator lets through is a command that is allowed, decided on and chec
 from __future__ import annotations
 
 import threading
-from typing import Optional, Protocol
+from typing import Protocol
 
 from .engine_parts import EngineParts
 
@@ -23,7 +23,7 @@ class Operated(Protocol):
     ``changed`` is set for its reporter, ``sends`` whether it sends commands at all."""
 
     sends: bool
-    stopped: Optional[str]
+    stopped: str | None
     closing: bool
     changed: threading.Event
 
@@ -33,7 +33,7 @@ class Operated(Protocol):
     def begin_again(self) -> None:
         """Send commands again, beginning with those that are allowed now."""
 
-    def let_through(self) -> Optional[str]:
+    def let_through(self) -> str | None:
         """Let one command through; return why not, if so."""
 
 
@@ -83,14 +83,14 @@ class EngineOperator:
             self._parts.log("warning", "operator", text)
             return
         if not self._engine.sends:
-            refusal: Optional[str] = "this node sends nothing"
+            refusal: str | None = "this node sends nothing"
         else:
             refusal = "the node ends" if self._engine.closing else orders[order]()
         outcome = "refused" if refusal else "operated"
         self._parts.recorder.record("operator", "", order, outcome, refusal or None)
         self._parts.log("info", "operator " + order, "%s: %s" % (order, refusal or "done"))
 
-    def _hold(self) -> Optional[str]:
+    def _hold(self) -> str | None:
         stopped = self._engine.stopped
         if stopped not in (None, HELD, INACTIVE):
             return "it stands still: " + stopped
@@ -104,7 +104,7 @@ class EngineOperator:
         self._engine.stand_still()  # also what was let through one by one
         return None
 
-    def _release(self) -> Optional[str]:
+    def _release(self) -> str | None:
         if not self._holds or self._engine.stopped not in (HELD, INACTIVE):
             return "it is not held"
         self._holds -= 1
@@ -114,5 +114,5 @@ class EngineOperator:
             self._engine.begin_again()
         return None
 
-    def _step(self) -> Optional[str]:
+    def _step(self) -> str | None:
         return self._engine.let_through() if self._engine.stopped == HELD else "it is not held"

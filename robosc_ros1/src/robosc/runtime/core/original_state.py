@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Mapping, Optional, Sequence
+from typing import Any, Mapping, Sequence
 
 _EVENTS = {
     "request": "c_trigger",
@@ -34,13 +34,13 @@ class OriginalState:
             for component in model["components"]
             if component["states"]
         }
-        self._taken: List[str] = []
+        self._taken: list[str] = []
 
     def take(self, events: Sequence[Mapping[str, Any]]) -> None:
         """Record documents of events, in the order of their numbers."""
         self._taken += [self._name(e["event"], ".") for e in events if e["outcome"] == "applied"]
 
-    def document(self, state: Mapping[str, Any]) -> Dict[str, Any]:
+    def document(self, state: Mapping[str, Any]) -> dict[str, Any]:
         taken, self._taken = self._taken, []
         current = {
             name: {
@@ -62,12 +62,12 @@ class OriginalState:
             event["name"].replace(".", "_"), joint, event["kind"], event["index"],
         )  # fmt: skip
 
-    def _component(self, component: Mapping[str, Any], model: Mapping[str, Any]) -> Dict[str, Any]:
-        names: Dict[str, List[str]] = {"message": [], "service": [], "action": []}
+    def _component(self, component: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]:
+        names: dict[str, list[str]] = {"message": [], "service": [], "action": []}
         for communication in model["communications"]:
             if communication["component"] == component["name"]:
                 names[self._sorts[communication["name"]]].append(communication["name"])
-        told: Dict[str, Any] = {"name": component["name"]}
+        told: dict[str, Any] = {"name": component["name"]}
         told.update(messages=names["message"], services=names["service"], actions=names["action"])
         if component["states"]:
             told["behaviour"] = {
@@ -78,7 +78,7 @@ class OriginalState:
 
     def _state(
         self, state: Mapping[str, Any], transitions: Sequence[Mapping[str, Any]]
-    ) -> Dict[str, Any]:
+    ) -> dict[str, Any]:
         own = [t for t in transitions if t["from"] == state["name"]]
         events = [t["event"] for t in own]
         everywhere = [
@@ -92,7 +92,7 @@ class OriginalState:
             "transitions": [self._transition(t) for t in own + everywhere],
         }
 
-    def _transition(self, transition: Mapping[str, Any]) -> Dict[str, Optional[str]]:
+    def _transition(self, transition: Mapping[str, Any]) -> dict[str, str | None]:
         event = transition["event"]
         return {
             "next": transition["to"],

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
-from typing import Callable, Optional
+from typing import Callable
 
 from .engine_parts import EngineParts
 
@@ -49,7 +49,7 @@ class Pauses:
 
     def __init__(self, parts: EngineParts) -> None:
         delays = parts.clocks.delays
-        self.beat: Optional[float] = delays[0] / 2 if delays else None
+        self.beat: float | None = delays[0] / 2 if delays else None
         """Seconds after which the engine must look again (None: it need not)."""
         self.holds = False
         """Whether commands are held."""
@@ -58,7 +58,7 @@ class Pauses:
         self.settle: Callable[[Callable[[], None]], None] = lambda then: then()
         """Has a function called when the heavy messages that wait now were handled."""
         self._parts = parts
-        self._last: Optional[float] = None  # when the engine looked last
+        self._last: float | None = None  # when the engine looked last
         self._next_look = 0.0  # when the clocks look next whether time stands
         self._until = 0.0
         self._number = 0

@@ -13,7 +13,7 @@ import stat
 import threading
 import zlib
 from pathlib import Path
-from typing import Any, Callable, Dict, List
+from typing import Any, Callable
 
 from .model import Controller
 
@@ -34,9 +34,9 @@ class Keeper:
         home = os.environ.get("ROS_HOME") or "~/.ros"
         own = "%s/persistent/%s.json" % (home, name.strip("/").replace("/", "."))
         self.path = _found(controller.persistent_file or own)
-        self.faults: List[str] = []
+        self.faults: list[str] = []
         self._cannot = ""
-        self._written: Dict[str, Any] = {}
+        self._written: dict[str, Any] = {}
         self._closing = threading.Event()
         self._changed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="keeper", daemon=True)
@@ -72,7 +72,7 @@ class Keeper:
             self._now = values
             self._changed.set()
 
-    def all_faults(self) -> List[str]:
+    def all_faults(self) -> list[str]:
         return [*self.faults, self._cannot] if self._cannot else self.faults
 
     def close(self, timeout: float) -> None:
@@ -92,7 +92,7 @@ class Keeper:
                 self._write(values)
             self._closing.wait(PERIOD)
 
-    def _write(self, values: Dict[str, Any]) -> None:
+    def _write(self, values: dict[str, Any]) -> None:
         try:
             write(self.path, self._controller.ROBOT, values)
             self._written, self._cannot = values, ""
@@ -112,7 +112,7 @@ def _found(path: str) -> Path:
         return Path(path)
 
 
-def read(path: Path, robot: str) -> Dict[str, Any]:
+def read(path: Path, robot: str) -> dict[str, Any]:
     """Return the values in a file.
 
     Raises:
@@ -139,7 +139,7 @@ def read(path: Path, robot: str) -> Dict[str, Any]:
     return dict(values)
 
 
-def write(path: Path, robot: str, values: Dict[str, Any]) -> None:
+def write(path: Path, robot: str, values: dict[str, Any]) -> None:
     """Replace a file, so that at any time it has the old values or the new ones.
 
     Raises:
@@ -162,5 +162,5 @@ def write(path: Path, robot: str, values: Dict[str, Any]) -> None:
         os.close(folder)
 
 
-def _check(robot: str, values: Dict[str, Any]) -> int:
+def _check(robot: str, values: dict[str, Any]) -> int:
     return zlib.crc32(json.dumps([robot, values], sort_keys=True).encode())

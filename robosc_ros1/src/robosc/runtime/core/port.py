@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any, Callable, Dict, List, Mapping, Optional
+from typing import Any, Callable, Dict, Mapping, Optional
 
 Data = Optional[Dict[str, Any]]
 """The fields to set, nested; all others keep their defaults. None: no fields to set."""
@@ -79,12 +79,12 @@ class Port:
         """Release the resources of a call or goal whose result is no longer needed; does nothing
         for one that was not sent."""
 
-    def silence(self, key: str) -> Optional[float]:
+    def silence(self, key: str) -> float | None:
         """Return the wall time in seconds since the last status of the action server; None:
         unknown."""
         return None
 
-    def absent(self, key: str) -> Optional[str]:
+    def absent(self, key: str) -> str | None:
         """Return why no server has taken a request whose deadline is over, as text; None:
         unknown."""
         return None
@@ -98,7 +98,7 @@ class Port:
         (silence does not count)."""
         return False
 
-    def faults(self) -> List[str]:
+    def faults(self) -> list[str]:
         """Return the current faults of servers, as texts."""
         return []
 

@@ -7,7 +7,7 @@ parameter of one of them applies to all.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, Mapping, Sequence, Tuple
+from typing import Any, Callable, Mapping, Sequence
 
 from .model import Communication, Parameter
 from .settings import ParameterError, parameter_name, private
@@ -25,7 +25,7 @@ def qos_parameter_name(communication: Communication, policy: str) -> str:
     return "qos/%s/%s" % (parameter_name(communication.name), policy)
 
 
-def qos_parameters(communications: Sequence[Communication]) -> List[Parameter]:
+def qos_parameters(communications: Sequence[Communication]) -> list[Parameter]:
     """Return the QoS parameters of the messages; inputs and commands have different defaults.
 
     A best-effort subscription matches reliable and best-effort publishers; a reliable one matches
@@ -53,9 +53,9 @@ def qos_parameters(communications: Sequence[Communication]) -> List[Parameter]:
 def shared(
     communications: Sequence[Communication],
     given: Mapping[str, Any],
-    topics: Sequence[Tuple[str, Sequence[str]]],
+    topics: Sequence[tuple[str, Sequence[str]]],
     spelled: Callable[[str], str] = private,
-) -> Dict[str, Any]:
+) -> dict[str, Any]:
     """Return the given parameters with each QoS policy applied to all messages of its topic.
 
     ``topics`` are names with the keys of their messages.

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import contextlib
-from typing import Any, Dict, Iterator, List, Mapping
+from typing import Any, Iterator, Mapping
 
 from .model import Command, Controller, Requirement
 from .places import told_with_stage
@@ -19,7 +19,7 @@ UNEXPLAINED = (
 )
 
 
-def blocked_by(controller: Controller, command: Command, *data: Any) -> List[Dict[str, Any]]:
+def blocked_by(controller: Controller, command: Command, *data: Any) -> list[dict[str, Any]]:
     """Return why a command is not enabled now; empty if it is.
 
     ``data`` is what was read of another controller's message, if the command reads that; without
@@ -63,10 +63,10 @@ def blocked_by(controller: Controller, command: Command, *data: Any) -> List[Dic
     return reasons + failed
 
 
-def violated(controller: Controller, command: Command, *data: Any) -> List[Dict[str, Any]]:
+def violated(controller: Controller, command: Command, *data: Any) -> list[dict[str, Any]]:
     """Return the requirements on a command that are violated now; without its ``data`` only those
     that do not read them."""
-    found: List[Dict[str, Any]] = []
+    found: list[dict[str, Any]] = []
     for requirement in (controller.REQUIREMENTS[i] for i in command.requirements):
         if requirement.on_data and not data:
             continue
@@ -76,7 +76,7 @@ def violated(controller: Controller, command: Command, *data: Any) -> List[Dict[
     return found
 
 
-def violation(controller: Controller, requirement: Requirement, *read: Any) -> Dict[str, Any]:
+def violation(controller: Controller, requirement: Requirement, *read: Any) -> dict[str, Any]:
     """Return the reason that a requirement is violated, with the parts of it that do not hold."""
     reason = {"kind": "requirement", "text": requirement.text, "place": requirement.place}
     because = list(_failures(controller, requirement, *read))

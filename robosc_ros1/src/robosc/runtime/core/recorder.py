@@ -9,18 +9,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from typing import (
-    Any,
-    Callable,
-    Deque,
-    Dict,
-    Iterable,
-    List,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-)
+from typing import Any, Callable, Dict, Iterable, NamedTuple, Sequence, Tuple
 
 from .model import Controller
 from .shortening import ROOM, Shortener, is_small, shortened_text
@@ -36,7 +25,7 @@ def attribute_names(controller: Controller) -> Names:
     """Return the group ("components", "variables" or "communications") and the name, by attribute
     that an event writes."""
     twin = controller.copy()
-    tables: Tuple[Any, ...] = (
+    tables: tuple[Any, ...] = (
         *controller.INPUTS,
         *controller.COMMANDS,
         *controller.TAUS,
@@ -58,13 +47,13 @@ def attribute_names(controller: Controller) -> Names:
     return {**found, **phases}
 
 
-def effect_of(names: Names, values: Sequence[Tuple[str, Any]]) -> Dict[str, Any]:
+def effect_of(names: Names, values: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     """Return the document of an effect, from the new values of attributes.
 
     ``shortened`` are the variables whose values are given in a short form.
     """
-    effect: Dict[str, Any] = {}
-    shortened: List[str] = []
+    effect: dict[str, Any] = {}
+    shortened: list[str] = []
     for attribute, value in values:
         if attribute in names:
             group, name = names[attribute]
@@ -101,13 +90,13 @@ class Entry(NamedTuple):
     tau: int
     value: Any
     outcome: str
-    detail: Optional[str]
+    detail: str | None
     shortened: bool = False
-    effect: Optional[Dict[str, Any]] = None
+    effect: dict[str, Any] | None = None
     seen: bool = False
-    blocked_by: Optional[List[Dict[str, Any]]] = None
-    correction: Optional[Dict[str, Any]] = None
-    reason: Optional[str] = None
+    blocked_by: list[dict[str, Any]] | None = None
+    correction: dict[str, Any] | None = None
+    reason: str | None = None
     reordered: bool = False
 
 
@@ -121,15 +110,15 @@ class EventRecorder:
     """
 
     def __init__(
-        self, now: Callable[[], float] = time.time, controller: Optional[Controller] = None
+        self, now: Callable[[], float] = time.time, controller: Controller | None = None
     ) -> None:
         self.now = now
         self._controller = controller
-        self._names: Optional[Names] = None
+        self._names: Names | None = None
         self._is_partial = False  # the effect of an event was recorded only in a short form
-        self._fresh: List[Tuple[Entry, Sequence[Tuple[str, Any]]]] = []
-        self._entries: Deque[Entry] = deque(maxlen=_CAPACITY)
-        self.counters: Dict[str, int] = {
+        self._fresh: list[tuple[Entry, Sequence[tuple[str, Any]]]] = []
+        self._entries: deque[Entry] = deque(maxlen=_CAPACITY)
+        self.counters: dict[str, int] = {
             "inputs": 0, "commands": 0, "taus": 0, "errors": 0, "mismatches": 0, "undefined": 0,
             "failed": 0, "late": 0, "dropped": 0,
         }  # fmt: skip
@@ -143,15 +132,15 @@ class EventRecorder:
         name: str,
         value: Any = None,
         outcome: str = "applied",
-        detail: Optional[str] = None,
+        detail: str | None = None,
         tau: int = 0,
         writes: Iterable[str] = (),
-        time: Optional[float] = None,
+        time: float | None = None,
         seen: bool = False,
-        blocked_by: Optional[List[Dict[str, Any]]] = None,
-        correction: Optional[Dict[str, Any]] = None,
-        reason: Optional[str] = None,
-        reordered: Optional[Dict[str, Any]] = None,
+        blocked_by: list[dict[str, Any]] | None = None,
+        correction: dict[str, Any] | None = None,
+        reason: str | None = None,
+        reordered: dict[str, Any] | None = None,
     ) -> None:
         """Record an event after it was applied and wrote these attributes of the controller.
 
@@ -190,13 +179,13 @@ class EventRecorder:
                 entry = entry._replace(value=value, shortened=True)
             self._entries.append(entry)
 
-    def _effect(self, values: Sequence[Tuple[str, Any]]) -> Dict[str, Any]:
+    def _effect(self, values: Sequence[tuple[str, Any]]) -> dict[str, Any]:
         if self._names is None:
             assert self._controller is not None
             self._names = attribute_names(self._controller)
         return effect_of(self._names, values)
 
-    def take(self) -> List[Entry]:
+    def take(self) -> list[Entry]:
         """Return the entries since the last call; gaps in their numbers show dropped entries."""
         taken = []
         while True:
@@ -211,10 +200,10 @@ class Throttle:
 
     def __init__(self, period: float = 1.0) -> None:
         self._period = period
-        self._last: Dict[str, float] = {}
-        self._held: Dict[str, int] = {}
+        self._last: dict[str, float] = {}
+        self._held: dict[str, int] = {}
 
-    def __call__(self, subject: str, text: str, now: float) -> Optional[str]:
+    def __call__(self, subject: str, text: str, now: float) -> str | None:
         """Return the text to log now; None: the message is suppressed."""
         last = self._last.get(subject)
         if last is not None and now - last < self._period:

@@ -12,7 +12,7 @@ accepted, or has failed, and the request ends when all of its goals have ended.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Iterable, Optional, Tuple
+from typing import Any, Callable, Iterable
 
 from .calls import ABSENT, LOST, REFUSED, TIMEOUT, Failure, Missed, OpenRequest, Withheld, replacing
 from .engine_parts import BoundInput, EngineParts, Inputs
@@ -159,8 +159,8 @@ class Requests:
         return entry.kind == "feedback" and self._parts.phase(entry.key) == "cancelling"
 
     def end_of(
-        self, entry: BoundInput, message: Any, missed: Optional[Missed]
-    ) -> Tuple[BoundInput, Any]:
+        self, entry: BoundInput, message: Any, missed: Missed | None
+    ) -> tuple[BoundInput, Any]:
         """Return the event that the end of a request is; ``missed`` is the deadline that it missed
         before it ended."""
         if entry.kind == "response":

@@ -30,7 +30,7 @@ from functools import partial
 from heapq import heappop, heappush
 from itertools import count
 from types import MethodType
-from typing import Any, Callable, Dict, FrozenSet, Iterable, List, Optional, Tuple
+from typing import Any, Callable, Iterable, Optional
 
 from .model import ONCE, SERVED, Command, Communication, Controller
 from .values import Undefined
@@ -57,7 +57,7 @@ class ScheduledCommand:
         index: int,
         rate: float,
     ) -> None:
-        def method(function: Optional[Callable[..., Any]]) -> Optional[Callable[..., Any]]:
+        def method(function: Callable[..., Any] | None) -> Callable[..., Any] | None:
             return None if function is None else MethodType(function, controller)
 
         guard: Callable[..., bool] = MethodType(command.guard, controller)
@@ -87,7 +87,7 @@ class ScheduledCommand:
         self.turn = index
         self.round = 0  # in which it was performed last
         self.ready = False  # whether it is in the heap of due commands
-        self.waits_for: Optional[float] = None  # its time in the heap of waiting commands
+        self.waits_for: float | None = None  # its time in the heap of waiting commands
         self.count = 0
         is_request = command.kind == "request"
         self.is_once = communication.rate == ONCE and command.kind != "cancel"
@@ -99,7 +99,7 @@ class ScheduledCommand:
         self.suspended = False  # its request has ended, though not all of its goals
         self.changed = False  # whether it would be sent with something else now
 
-    def yield_to(self, preferred: List[ScheduledCommand], lack: Lack) -> None:
+    def yield_to(self, preferred: list[ScheduledCommand], lack: Lack) -> None:
         """Disallow the command while one of these can be sent; ``lack`` tells why one cannot."""
         for other in preferred:
             self.reads |= other.reads
@@ -194,7 +194,7 @@ class CommandScheduler:
         controller: Controller,
         rate_of: Callable[[str], float],
         order: str,
-        seed: Optional[int] = None,
+        seed: int | None = None,
         lack: Lack = lambda key, data: None,
     ) -> None:
         communications = {c.key: c for c in controller.COMMUNICATIONS}
@@ -213,20 +213,20 @@ class CommandScheduler:
                 if any(other.data is not None for other in others):
                     by_data.add(index)
         self._by_data = by_data | {c.index for c in self.commands if c.is_once or c.replaces}
-        self._readers: Dict[str, List[ScheduledCommand]] = {}
+        self._readers: dict[str, list[ScheduledCommand]] = {}
         for command in self.commands:
             for name in command.reads:
                 self._readers.setdefault(name, []).append(command)
-        self._affected: Dict[FrozenSet[str], Tuple[ScheduledCommand, ...]] = {}
+        self._affected: dict[frozenset[str], tuple[ScheduledCommand, ...]] = {}
         self._order = order
         self._random = random.Random(seed)
         self._turns = count(len(self.commands))
         self._round = 1
-        self._ready: List[Tuple[bool, int, int]] = []
+        self._ready: list[tuple[bool, int, int]] = []
         """A heap of the due commands: (is a request, turn, index)."""
-        self._waiting: List[Tuple[float, int]] = []
+        self._waiting: list[tuple[float, int]] = []
         """A heap of the waiting commands: (time, index)."""
-        self._rising: List[ScheduledCommand] = []
+        self._rising: list[ScheduledCommand] = []
         self._now = 0.0
 
     def begin(self, now: float) -> None:
@@ -236,7 +236,7 @@ class CommandScheduler:
             command.sent = NOTHING
         self.update(self.commands, None, now)
 
-    def affected(self, writes: FrozenSet[str]) -> Tuple[ScheduledCommand, ...]:
+    def affected(self, writes: frozenset[str]) -> tuple[ScheduledCommand, ...]:
         """Return the commands that an event with these writes may enable or disable."""
         found = self._affected.get(writes)
         if found is None:
@@ -248,9 +248,7 @@ class CommandScheduler:
             self._affected[writes] = found
         return found
 
-    def update(
-        self, commands: Iterable[ScheduledCommand], ended: Optional[str], now: float
-    ) -> None:
+    def update(self, commands: Iterable[ScheduledCommand], ended: str | None, now: float) -> None:
         """Evaluate commands after an event; ``ended`` is the key of the request that it ended."""
         for command in commands:
             key_ended = ended == command.key
@@ -291,7 +289,7 @@ class CommandScheduler:
             if (command.key, command.kind) == (key, "request"):
                 command.suspended = suspended
 
-    def next(self, now: float) -> Optional[ScheduledCommand]:
+    def next(self, now: float) -> ScheduledCommand | None:
         """Return the command to perform now; None: no more in this round."""
         self._follow(now)
         if self._waiting and self._waiting[0][0] <= now:
@@ -307,7 +305,7 @@ class CommandScheduler:
             self._rising.clear()
         return command
 
-    def next_cancel(self) -> Optional[ScheduledCommand]:
+    def next_cancel(self) -> ScheduledCommand | None:
         """Return a cancel that is allowed now, when nothing else may be performed."""
         cancels = (c for c in self.commands if c.is_cancel)
         return next((c for c in cancels if c.was and c.possible), None)
@@ -325,7 +323,7 @@ class CommandScheduler:
         if command.waits:
             self._wait(command)
 
-    def time_to_next(self, now: float) -> Optional[float]:
+    def time_to_next(self, now: float) -> float | None:
         """Return the seconds until the next command is due, or None.
 
         A clock that jumped back delays commands by at most one period.
@@ -375,7 +373,7 @@ class CommandScheduler:
                     self._wait(command)
         self._now = now
 
-    def _first(self) -> Optional[ScheduledCommand]:
+    def _first(self) -> ScheduledCommand | None:
         while self._ready:
             command = self.commands[heappop(self._ready)[2]]
             command.ready = False
@@ -383,7 +381,7 @@ class CommandScheduler:
                 return command
         return None
 
-    def _drawn(self) -> Optional[ScheduledCommand]:
+    def _drawn(self) -> ScheduledCommand | None:
         """Return a random due command, a cancel if there is one."""
         due = [c for c in (self.commands[e[2]] for e in self._ready) if self._is_due(c)]
         for command in (self.commands[entry[2]] for entry in self._ready):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, FrozenSet, Optional, Tuple
+from typing import Any, Callable, Tuple
 
 from .calls import OpenRequest, Withheld
 from .engine import Engine
@@ -18,7 +18,7 @@ Read = Callable[[ScheduledCommand, Any], Tuple[Any, ...]]
 """Returns what a model reads of a command with these data."""
 
 
-def _nothing(command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
+def _nothing(command: ScheduledCommand, data: Any) -> tuple[Any, ...]:
     return ()  # only a supervisor's model may read the data
 
 
@@ -37,7 +37,7 @@ class Sending:
 
     def send(
         self, command: ScheduledCommand, data: Any, ask: Callable[[], Any], stops: bool = False
-    ) -> Optional[OpenRequest]:
+    ) -> OpenRequest | None:
         """Send a command with these data. Raises any exception if it was not sent.
 
         Returns what is open if no server took it: ``ask`` is asked then, see
@@ -119,7 +119,7 @@ class Sending:
             if parts.communications[key].sort == "action":
                 parts.gate.cancel(key, token)
 
-    def stop(self, is_wanted: Callable[[], bool], read: Read = _nothing) -> FrozenSet[str]:
+    def stop(self, is_wanted: Callable[[], bool], read: Read = _nothing) -> frozenset[str]:
         """Send the stop command, if there is one, whatever its guard; apply it only if the
         components allow it.
 

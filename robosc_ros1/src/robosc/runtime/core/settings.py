@@ -11,20 +11,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from typing import (
-    Any,
-    Callable,
-    Dict,
-    Iterable,
-    Iterator,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-    Union,
-)
+from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Sequence
 
 from .model import ONCE, SERVED, Communication, Parameter
 from .shapes import ShapeFault, fitted, gathered
@@ -49,7 +36,7 @@ def carried(value: Any, own: bool) -> Any:
     return value
 
 
-def fault(parameter: Parameter, value: Any) -> Optional[str]:
+def fault(parameter: Parameter, value: Any) -> str | None:
     """Return what the value must be; None if it is valid."""
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if parameter.type == "boolean":
@@ -76,7 +63,7 @@ def fault(parameter: Parameter, value: Any) -> Optional[str]:
     return None
 
 
-def fault_of(type_: str, value: Any) -> Optional[str]:
+def fault_of(type_: str, value: Any) -> str | None:
     """Return what a part of an array or object must be; None if it is valid."""
     return fault(Parameter("", type_, None, ""), value)
 
@@ -132,14 +119,14 @@ class Settings(NamedTuple):
         """Return how often a command is repeated, in Hz."""
         return self.rates.get(key) or self.rate
 
-    def seconds(self, delay: Union[float, str]) -> float:
+    def seconds(self, delay: float | str) -> float:
         """Return a delay, which may be the name of a parameter, in seconds."""
         return float(self.more[delay]) if isinstance(delay, str) else delay
 
     def timeout_of(self, key: str) -> float:
         return self.timeout.get(key, 5.0)
 
-    def goal_timeout_of(self, key: str) -> Optional[float]:
+    def goal_timeout_of(self, key: str) -> float | None:
         return self.goal_timeout.get(key) or None
 
 
@@ -219,7 +206,7 @@ _INDEXED = re.compile(r"(\w+)\[(-?\d+)\]\Z")
 _WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
-def declared(communications: Sequence[Communication]) -> List[Parameter]:
+def declared(communications: Sequence[Communication]) -> list[Parameter]:
     """Return the parameters of a controller except the model's own, in documentation order.
 
     A deadline that the model sets by a parameter of its own has no other parameter.
@@ -263,7 +250,7 @@ _TIMEOUTS = {
 }
 
 
-def _timeout(communication: Communication) -> Optional[float]:
+def _timeout(communication: Communication) -> float | None:
     """Return the default of a communication's timeout parameter; None if it has none."""
     if communication.sort in ("incoming", *SERVED) or isinstance(communication.timeout, str):
         return None
@@ -272,7 +259,7 @@ def _timeout(communication: Communication) -> Optional[float]:
     return communication.timeout
 
 
-def flatten(tree: Mapping[str, Any], prefix: str = "") -> Dict[str, Any]:
+def flatten(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return nested parameters by their full names.
 
     Raises:
@@ -280,7 +267,7 @@ def flatten(tree: Mapping[str, Any], prefix: str = "") -> Dict[str, Any]:
     """
     if not isinstance(tree, dict):
         raise ParameterError("there must be parameters below the node's name, not %r" % (tree,))
-    flat: Dict[str, Any] = {}
+    flat: dict[str, Any] = {}
     for name, value in tree.items():
         if isinstance(value, dict):
             flat.update(flatten(value, "%s%s/" % (prefix, name)))
@@ -305,7 +292,7 @@ def read(
     more: Sequence[Parameter] = (),
     spelled: Callable[[str], str] = private,
     strict: bool = False,
-) -> Tuple[Settings, List[str]]:
+) -> tuple[Settings, list[str]]:
     """Return the settings from parameters by full name, and warnings about unknown names.
 
     ``more`` are the model's parameters and those specific to this ROS version; ``spelled`` returns
@@ -321,7 +308,7 @@ def read(
     faults, warnings = _unknown(parameters, given, spelled, "" if strict else " is ignored")
     if strict:
         faults += warnings
-    values: Dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for parameter in parameters.values():
         shown = spelled(parameter.name)
         if parameter.required and parameter.name not in given:
@@ -359,7 +346,7 @@ def _unknown(
     given: Mapping[str, Any],
     spelled: Callable[[str], str],
     ignored: str,
-) -> Tuple[List[str], List[str]]:
+) -> tuple[list[str], list[str]]:
     """Return faults and warnings about names that are given, but are not those of parameters."""
     faults, warnings = [], []
     for name in given:
@@ -392,7 +379,7 @@ def _wrong_names(
         yield "parameter %s must be the name of a topic, not %r" % (shown, topic)
 
 
-def _settings(communications: Sequence[Communication], values: Dict[str, Any]) -> Settings:
+def _settings(communications: Sequence[Communication], values: dict[str, Any]) -> Settings:
     timeouts = {}
     goal_timeouts = {}
     rates = {}

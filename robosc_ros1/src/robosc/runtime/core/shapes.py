@@ -8,7 +8,7 @@ of ROS has no name for them, they are given by the names of their parts: ``route
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Tuple
+from typing import Any, Callable, Iterable, Mapping
 
 from .model import Parameter
 
@@ -19,7 +19,7 @@ class ShapeFault(Exception):
     """A value does not fit: the path of the part, and what must be there, and what is."""
 
 
-def gathered(parameters: Iterable[Parameter], given: Mapping[str, Any]) -> Dict[str, Any]:
+def gathered(parameters: Iterable[Parameter], given: Mapping[str, Any]) -> dict[str, Any]:
     """Return parameters by full name, with those that give parts of a value put together."""
     found = dict(given)
     for parameter in parameters:
@@ -29,7 +29,7 @@ def gathered(parameters: Iterable[Parameter], given: Mapping[str, Any]) -> Dict[
         parts = {name: found.pop(name) for name in given if name.startswith(above)}
         if not parts:
             continue
-        whole: Dict[str, Any] = {}
+        whole: dict[str, Any] = {}
         for name, value in parts.items():
             *steps, last = name[len(above) :].split("/")
             inner = whole
@@ -44,9 +44,7 @@ def gathered(parameters: Iterable[Parameter], given: Mapping[str, Any]) -> Dict[
     return found
 
 
-def fitted(
-    value: Any, shape: Any, fault: Callable[[str, Any], Optional[str]], path: str = ""
-) -> Any:
+def fitted(value: Any, shape: Any, fault: Callable[[str, Any], str | None], path: str = "") -> Any:
     """Return the value with defaults for the fields that it leaves out.
 
     ``fault`` says what a value of a basic type must be, if it is none.
@@ -80,7 +78,7 @@ def fitted(
     return float(value) if shape == "number" else value
 
 
-def _elements(value: Any) -> Optional[List[Any]]:
+def _elements(value: Any) -> list[Any] | None:
     """Return the elements of an array, which may be given by their numbers; None of others."""
     if isinstance(value, dict):
         places = {str(place): place for place in range(len(value))}
@@ -99,7 +97,7 @@ def default_of(shape: Any) -> Any:
     return [] if isinstance(shape, list) else _DEFAULTS[shape]
 
 
-def parts_by_name(name: str, value: Any) -> List[Tuple[str, Any]]:
+def parts_by_name(name: str, value: Any) -> list[tuple[str, Any]]:
     """Return the parts of a value that ROS 2 can carry, by their names: ``route/0/x``."""
     if isinstance(value, (list, tuple)) and any(isinstance(v, (dict, list, tuple)) for v in value):
         value = dict(enumerate(value))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, Dict
+from typing import Any
 
 from .values import jsonable, parts_of
 
@@ -77,7 +77,7 @@ class Shortener:
         self._left -= len(text)
         return text
 
-    def _object(self, fields: Dict[str, Any]) -> Any:
+    def _object(self, fields: dict[str, Any]) -> Any:
         needed = sum(_LEAF + len(name) for name in fields)
         if needed > self._left:
             self.whole = False

@@ -19,19 +19,7 @@ import threading
 import time
 from collections import deque
 from pathlib import Path
-from typing import (
-    IO,
-    Any,
-    Callable,
-    Deque,
-    Dict,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-)
+from typing import IO, Any, Callable, Mapping, NamedTuple, Sequence
 
 from .engine import Engine
 from .model import Command, Controller
@@ -60,9 +48,9 @@ class EventLog:
         self._path = Path(path).expanduser()
         self._limit = limit
         self._keep = keep
-        self._file: Optional[IO[bytes]] = None
+        self._file: IO[bytes] | None = None
 
-    def write(self, lines: List[str]) -> None:
+    def write(self, lines: list[str]) -> None:
         """Append the lines and flush.
 
         Raises:
@@ -139,8 +127,8 @@ class ValueTopics:
     """The topics of a model, which is the document of ``~model``."""
 
     def __init__(self, model: Mapping[str, Any]) -> None:
-        self._states: Dict[str, Dict[str, int]] = {}
-        self._types: Dict[str, str] = {}
+        self._states: dict[str, dict[str, int]] = {}
+        self._types: dict[str, str] = {}
         for component in model["components"]:
             states = [state["name"] for state in component["states"]]
             self._states[component["name"]] = {name: number for number, name in enumerate(states)}
@@ -149,7 +137,7 @@ class ValueTopics:
                     key = "%s.%s" % (component["name"], variable["name"])
                     self._types[key] = variable["message"]
 
-    def messages(self, controller: Controller) -> List[ValueMessage]:
+    def messages(self, controller: Controller) -> list[ValueMessage]:
         """Return the messages of a state."""
         found = [
             ValueMessage(topic_of(name), "Int32", self._states[name][state])
@@ -172,11 +160,11 @@ def topic_of(name: str) -> str:
     return parameter_name(name if "." in name else name + ".").rstrip("/")
 
 
-def _whole(value: Any) -> Optional[int]:
+def _whole(value: Any) -> int | None:
     return int(value) if LEAST_PARAMETER <= value <= MOST_PARAMETER else None
 
 
-_DATA: Dict[str, Callable[[Any], Any]] = {
+_DATA: dict[str, Callable[[Any], Any]] = {
     "Bool": bool,
     "Int64": _whole,
     "Float64": float,
@@ -202,7 +190,7 @@ class Outlet:
     def state(self, text: str) -> None:
         raise NotImplementedError
 
-    def events(self, texts: List[str]) -> None:
+    def events(self, texts: list[str]) -> None:
         raise NotImplementedError
 
     def wants_events(self) -> bool:
@@ -213,18 +201,18 @@ class Outlet:
         """Whether the state has a subscriber."""
         return True
 
-    def diagnostics(self, level: int, message: str, values: List[Tuple[str, str]]) -> None:
+    def diagnostics(self, level: int, message: str, values: list[tuple[str, str]]) -> None:
         raise NotImplementedError
 
-    def faults(self) -> List[str]:
+    def faults(self) -> list[str]:
         """Return the current faults outside the node, as texts."""
         return []
 
-    def unconnected(self) -> List[str]:
+    def unconnected(self) -> list[str]:
         """Return the topics without a publisher or subscriber at the other end, as texts."""
         return []
 
-    def values(self, messages: List[ValueMessage]) -> None:
+    def values(self, messages: list[ValueMessage]) -> None:
         """Publish the state as messages of standard types, if that is enabled."""
 
     def legacy(self, text: str) -> None:
@@ -242,9 +230,9 @@ def dump(document: Any) -> str:
 _encode = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode
 
 
-def event_document(entry: Entry) -> Dict[str, Any]:
+def event_document(entry: Entry) -> dict[str, Any]:
     """Return the JSON document of one event."""
-    event: Dict[str, Any] = {"kind": entry.kind, "name": entry.name}
+    event: dict[str, Any] = {"kind": entry.kind, "name": entry.name}
     if entry.kind in ("tau", "after"):
         event["index"] = entry.tau
     event["value"] = jsonable(entry.value)
@@ -273,7 +261,7 @@ def event_document(entry: Entry) -> Dict[str, Any]:
     return document
 
 
-def _short_event(document: Dict[str, Any]) -> Dict[str, Any]:
+def _short_event(document: dict[str, Any]) -> dict[str, Any]:
     """Return the document of an event without its effect, and with a short form of its value."""
     shorten = Shortener()
     short = {name: part for name, part in document.items() if name != "effect"}
@@ -284,17 +272,17 @@ def _short_event(document: Dict[str, Any]) -> Dict[str, Any]:
 
 
 def state_document(
-    snapshot: Dict[str, Any],
-    latest: List[Dict[str, Any]],
+    snapshot: dict[str, Any],
+    latest: list[dict[str, Any]],
     faults: Sequence[str] = (),
     unconnected: Sequence[str] = (),
     whole: bool = True,
-) -> Dict[str, Any]:
+) -> dict[str, Any]:
     """Return the document of ``~state``, with whole values or short forms of them."""
     controller: Controller = snapshot["controller"]
     names = {c.key: c.name for c in controller.COMMUNICATIONS}
     phases = {c.name: controller.phase(c) for c in controller.COMMUNICATIONS if c.phases}
-    commands: List[Dict[str, Any]] = [
+    commands: list[dict[str, Any]] = [
         {
             "event": {"kind": command.kind, "name": names[command.key], "value": None},
             "enabled": not reasons,
@@ -338,7 +326,7 @@ def state_document(
     return document
 
 
-def obstacles(snapshot: Dict[str, Any], command: Command) -> List[Dict[str, Any]]:
+def obstacles(snapshot: dict[str, Any], command: Command) -> list[dict[str, Any]]:
     """Return why a command cannot be sent now. Guards are simplified for the states that synthesis
     allows; commands of others may lead elsewhere, so requirements are looked at, too."""
     controller: Controller = snapshot["controller"]
@@ -351,12 +339,12 @@ def obstacles(snapshot: Dict[str, Any], command: Command) -> List[Dict[str, Any]
     return found
 
 
-def _short_values(values: Dict[str, Any]) -> Tuple[Dict[str, Any], List[str]]:
+def _short_values(values: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """Return the short forms of values, which share the room that a document has, and the names of
     those that are not whole."""
     room = min(ROOM, _ROOM // max(1, len(values)))
-    result: Dict[str, Any] = {}
-    shortened: List[str] = []
+    result: dict[str, Any] = {}
+    shortened: list[str] = []
     for name, value in values.items():
         shorten = Shortener(room)
         result[name] = shorten(value)
@@ -380,7 +368,7 @@ class Reporter:
     ) -> None:
         self._engine = engine
         self._outlet = outlet
-        self._latest: Deque[Dict[str, Any]] = deque(maxlen=_LATEST)
+        self._latest: deque[dict[str, Any]] = deque(maxlen=_LATEST)
         self._closing = threading.Event()
         settings = engine.settings
         self._original = OriginalState(model) if settings.legacy_state_topic else None
@@ -388,18 +376,18 @@ class Reporter:
         self._pause = 1.0 / settings.state_rate
         self._diagnostics_period = diagnostics_period
         self._log = None
-        self._log_fault: Optional[str] = None
+        self._log_fault: str | None = None
         if settings.event_log:
             self._log = EventLog(
                 settings.event_log, int(settings.event_log_size * 1e6), settings.event_log_files
             )
-        self._start: Dict[str, Any] = {}
+        self._start: dict[str, Any] = {}
         if engine.controller.PERSISTENT:
             from .persistence import Keeper
 
             engine.keeper = Keeper(engine.controller, outlet.name, engine.tell)
             self._start = engine.keeper.began_with
-        self._last_counters: Dict[str, int] = {}
+        self._last_counters: dict[str, int] = {}
         self._thread = threading.Thread(target=self._run, name="reporter", daemon=True)
 
     def start(self) -> None:
@@ -468,8 +456,8 @@ class Reporter:
             # ROS itself does not work, so standard error is all that is left.
             sys.stderr.write("cannot report the state: %s; %s\n" % (fault, error))
 
-    def _snapshot(self) -> Optional[Dict[str, Any]]:
-        box: List[Dict[str, Any]] = []
+    def _snapshot(self) -> dict[str, Any] | None:
+        box: list[dict[str, Any]] = []
         ready = threading.Event()
 
         def fill() -> None:
@@ -510,9 +498,9 @@ class Reporter:
                 self._log_fault = "event log: %s" % error
 
     def _diagnosis(
-        self, snapshot: Dict[str, Any], document: Dict[str, Any]
-    ) -> Tuple[int, str, List[Tuple[str, str]]]:
-        counters: Dict[str, int] = snapshot["counters"]
+        self, snapshot: dict[str, Any], document: dict[str, Any]
+    ) -> tuple[int, str, list[tuple[str, str]]]:
+        counters: dict[str, int] = snapshot["counters"]
         news = [
             "%d new %s" % (counters[name] - self._last_counters.get(name, 0), name)
             for name in (

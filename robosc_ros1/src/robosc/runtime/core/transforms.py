@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import threading
 from copy import deepcopy
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Mapping, NamedTuple, Sequence, Tuple
 
 from .port import steady_time
 
@@ -54,8 +54,8 @@ class Chain:
         self.up: Sequence[str] = ()
         self.down: Sequence[str] = ()
         """The children of its links, from the source to the common frame, and from there on."""
-        self.fault: Optional[_Fault] = None
-        self.last: Optional[float] = None
+        self.fault: _Fault | None = None
+        self.last: float | None = None
         self.waits = False
 
 
@@ -67,10 +67,10 @@ class Transforms:
     """
 
     def __init__(
-        self, rows: Sequence[Tuple[str, str, Keys]], period: Callable[[str], float]
+        self, rows: Sequence[tuple[str, str, Keys]], period: Callable[[str], float]
     ) -> None:
         self._chains = [Chain(a, b, keys, min(map(period, keys))) for a, b, keys in rows]
-        self._parents: Dict[str, Dict[str, Link]] = {}  # by child, and by parent
+        self._parents: dict[str, dict[str, Link]] = {}  # by child, and by parent
         self._shape = 0
 
     def take(
@@ -80,7 +80,7 @@ class Transforms:
         publisher: Callable[[], str],
         now: float,
         stamp: float,
-    ) -> List[Tuple[Keys, Any]]:
+    ) -> list[tuple[Keys, Any]]:
         """Take the links of one message; return the messages that come, with their keys."""
         told = {
             self._put(Link(one, is_static, publisher, now, stamp, is_pose(pose_of(one.transform))))
@@ -92,7 +92,7 @@ class Transforms:
             chain.waits |= not told.isdisjoint((*chain.up, *chain.down))
         return self.due(now)
 
-    def due(self, now: float) -> List[Tuple[Keys, Any]]:
+    def due(self, now: float) -> list[tuple[Keys, Any]]:
         """Return what has waited, for the rate at which it comes at most, until now."""
         found = []
         for chain in self._chains:
@@ -103,12 +103,12 @@ class Transforms:
                 found.append((chain.keys, self._message(chain)))
         return found
 
-    def next(self) -> Optional[float]:
+    def next(self) -> float | None:
         """Return when what waits is due (None: nothing waits)."""
         times = [c.last + c.period for c in self._chains if c.waits and c.last is not None]
         return min(times) if times else None
 
-    def faults(self) -> List[str]:
+    def faults(self) -> list[str]:
         """Return what is wrong with the frames of chains, of which nothing comes."""
         chains = [(c.source, c.target, c.fault) for c in self._chains]
         # Who publishes is asked now: of a node that has just come, ROS 2 does not know the name.
@@ -146,7 +146,7 @@ class Transforms:
                 chain.up, chain.down, chain.fault = (), (), (_NO_POSE, odd)
         chain.waits &= bool(chain.up or chain.down)
 
-    def _ancestors(self, frame: str) -> Tuple[List[str], Optional[_Fault]]:
+    def _ancestors(self, frame: str) -> tuple[list[str], _Fault | None]:
         """Return a frame with those above it, and why there are no more of them."""
         found = [frame]
         while frame in self._parents:
@@ -161,7 +161,7 @@ class Transforms:
             found.append(frame)
         return found, None
 
-    def _links(self, chain: Chain) -> List[Tuple[str, Link]]:
+    def _links(self, chain: Chain) -> list[tuple[str, Link]]:
         """Return the links of a chain, each with its child."""
         return [(n, next(iter(self._parents[n].values()))) for n in (*chain.up, *chain.down)]
 
@@ -191,11 +191,11 @@ class HeardTransforms:
     """The transforms of a node's engine; ``rows`` are those of :class:`Transforms`, ``post`` makes
     what takes the messages of some communications."""
 
-    def __init__(self, rows: Sequence[Tuple[str, str, Keys]], engine: Any, post: Any) -> None:
+    def __init__(self, rows: Sequence[tuple[str, str, Keys]], engine: Any, post: Any) -> None:
         self._transforms = Transforms(rows, period_by(engine.settings.rates))
         self._posts = {keys: post(keys) for _, _, keys in rows}
         self._turn = threading.Lock()  # topics may have threads of their own
-        self._timer: Optional[threading.Timer] = None
+        self._timer: threading.Timer | None = None
         self.faults = self._transforms.faults
 
     def take(
@@ -212,7 +212,7 @@ class HeardTransforms:
             now = steady_time()
             self._pass_on(self._transforms.due(now), now)
 
-    def _pass_on(self, messages: List[Tuple[Keys, Any]], now: float) -> None:
+    def _pass_on(self, messages: list[tuple[Keys, Any]], now: float) -> None:
         for keys, message in messages:
             self._posts[keys](message)
         due = self._transforms.next()
@@ -231,7 +231,7 @@ def period_by(rates: Mapping[str, float]) -> Callable[[str], float]:
     return lambda key: 1 / rates[key] if rates[key] else 0.0
 
 
-def _shape(links: Mapping[str, Link]) -> Dict[str, bool]:
+def _shape(links: Mapping[str, Link]) -> dict[str, bool]:
     """Return what of a frame's links decides about chains."""
     return {parent: link.is_pose for parent, link in links.items()}
 
@@ -241,7 +241,7 @@ def plain(frame: str) -> str:
     return frame.lstrip("/")
 
 
-def _told(what: str, links: Sequence[Tuple[str, Link]]) -> str:
+def _told(what: str, links: Sequence[tuple[str, Link]]) -> str:
     return what + " and ".join(_from(name, link) for name, link in links)
 
 
@@ -249,7 +249,7 @@ def _from(frame: str, link: Link) -> str:
     return "%s (from %s)" % (frame, link.publisher())
 
 
-def _time(stamp: Any) -> Tuple[int, int]:
+def _time(stamp: Any) -> tuple[int, int]:
     """Return a time of ROS 1 or ROS 2."""
     return (stamp.secs, stamp.nsecs) if hasattr(stamp, "secs") else (stamp.sec, stamp.nanosec)
 

@@ -8,7 +8,7 @@ import functools
 import math
 import operator
 from types import SimpleNamespace
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Iterable, Iterator, Sequence
 
 Value = Any
 """A value of the language: bool, int, float or str; for an event's value a dict of them by path;
@@ -74,7 +74,7 @@ def remainder(left: Value, right: Value) -> Value:
         return widen(left) % widen(right)
 
 
-def given(value: Optional[Value]) -> Value:
+def given(value: Value | None) -> Value:
     """Return the value if it is not missing.
 
     Raises:
@@ -107,14 +107,14 @@ def demand_finite(data: Value) -> None:
         raise ValueError(found)
 
 
-def not_finite(data: Value) -> Optional[str]:
+def not_finite(data: Value) -> str | None:
     """Return the first number in data or a message that is infinite or NaN, as text (``x.y is
     nan``); None if there is none."""
     found = _first_not_finite(data)
     return None if found is None else "%s is %s" % (found[0].lstrip(".") or "it", found[1])
 
 
-def _first_not_finite(data: Value) -> Optional[Tuple[str, float]]:
+def _first_not_finite(data: Value) -> tuple[str, float] | None:
     """Return the path and the value of the first number that is not finite."""
     floats = leaves_of(type(data), float) if hasattr(data, "__slots__") else None
     if floats is not None and all(map(math.isfinite, floats(data))):
@@ -130,7 +130,7 @@ def _first_not_finite(data: Value) -> Optional[Tuple[str, float]]:
         types = set(map(type, data))
         if types <= {bool, int, str} or (types == {float} and all(map(math.isfinite, data))):
             return None
-        parts: Iterable[Tuple[Any, Value]] = enumerate(data)
+        parts: Iterable[tuple[Any, Value]] = enumerate(data)
         step = "[%d]"
     else:
         parts = (data if isinstance(data, dict) else parts_of(data)).items()
@@ -144,9 +144,7 @@ def _first_not_finite(data: Value) -> Optional[Tuple[str, float]]:
     return None
 
 
-def without_gaps(
-    read: Optional[Callable[[], Value]], only_finite: bool
-) -> Tuple[Value, Optional[str]]:
+def without_gaps(read: Callable[[], Value] | None, only_finite: bool) -> tuple[Value, str | None]:
     """Return the data of a command that must be sent in any case, and what they lack, as text.
 
     Data that are undefined become the defaults of the message; if ``only_finite``, numbers that are
@@ -185,7 +183,7 @@ def jsonable(value: Value) -> Value:
     if isinstance(value, (int, float)) and not math.isfinite(widen(value)):
         return _NOT_FINITE[str(widen(value))]
     if isinstance(value, dict):
-        result: Dict[str, Any] = {key: jsonable(part) for key, part in value.items()}
+        result: dict[str, Any] = {key: jsonable(part) for key, part in value.items()}
         return result
     if isinstance(value, (list, tuple)):
         return [jsonable(part) for part in value]
@@ -196,7 +194,7 @@ def jsonable(value: Value) -> Value:
     return {name: jsonable(part) for name, part in parts_of(value).items()}
 
 
-def parts_of(message: Any) -> Dict[str, Any]:
+def parts_of(message: Any) -> dict[str, Any]:
     """Return the fields of a message; of those of rclpy without underscores and its own slot."""
     if not hasattr(message, "__slots__"):
         return dict(vars(message))
@@ -204,7 +202,7 @@ def parts_of(message: Any) -> Dict[str, Any]:
 
 
 @functools.lru_cache(maxsize=None)
-def _fields(kind: Any) -> Tuple[Tuple[str, str], ...]:
+def _fields(kind: Any) -> tuple[tuple[str, str], ...]:
     """Return the fields of a class of messages, which may have none, and their slots."""
     slots = kind.__slots__
     return tuple((slot.lstrip("_"), slot) for slot in slots if slot != "_check_fields")
@@ -216,7 +214,7 @@ def is_header(kind: Any) -> bool:
     return (package, kind.__name__) == ("std_msgs", "Header")
 
 
-def leaves_of(kind: Any, wanted: Any = object) -> Optional[Callable[[Any], Tuple[Value, ...]]]:
+def leaves_of(kind: Any, wanted: Any = object) -> Callable[[Any], tuple[Value, ...]] | None:
     """Return a function that reads at once the ``wanted`` plain fields of a message of a class, but
     for its headers; None if the messages of the class differ in what fields they have, as those
     with arrays do, or cannot be made without them."""
@@ -226,10 +224,10 @@ def leaves_of(kind: Any, wanted: Any = object) -> Optional[Callable[[Any], Tuple
     return _LEAVES[key]
 
 
-_LEAVES: Dict[Tuple[Any, Any], Optional[Callable[[Any], Tuple[Value, ...]]]] = {}
+_LEAVES: dict[tuple[Any, Any], Callable[[Any], tuple[Value, ...]] | None] = {}
 
 
-def _reader_of(kind: Any, wanted: Any) -> Optional[Callable[[Any], Tuple[Value, ...]]]:
+def _reader_of(kind: Any, wanted: Any) -> Callable[[Any], tuple[Value, ...]] | None:
     try:
         found = dict(_leaves(kind(), ()))
     except (_Varying, TypeError):  # classes of recorded messages have no defaults
@@ -245,7 +243,7 @@ class _Varying(Exception):
     """A message has an array, of which another one may have more elements."""
 
 
-def _leaves(message: Any, path: Tuple[str, ...]) -> Iterator[Tuple[Tuple[str, ...], Value]]:
+def _leaves(message: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Value]]:
     for _, slot in _fields(message.__class__):
         part = getattr(message, slot)
         if isinstance(part, (list, tuple, bytes)) or hasattr(part, "tolist"):
@@ -256,7 +254,7 @@ def _leaves(message: Any, path: Tuple[str, ...]) -> Iterator[Tuple[Tuple[str, ..
             yield from _leaves(part, (*path, slot))
 
 
-def copied_for(message: Any, data: Dict[str, Value]) -> Any:
+def copied_for(message: Any, data: dict[str, Value]) -> Any:
     """Return a copy of a message in which the data can be set; it shares all other parts."""
     made = object.__new__(type(message))
     for slot in message.__slots__:
@@ -271,7 +269,7 @@ def copied_for(message: Any, data: Dict[str, Value]) -> Any:
     return made
 
 
-def fields_of(data: Value, names: Iterable[str]) -> List[Tuple[str, Value]]:
+def fields_of(data: Value, names: Iterable[str]) -> list[tuple[str, Value]]:
     """Return the fields that data set in a message whose fields have these names.
 
     A message of another type sets the fields with the same names.
@@ -305,7 +303,7 @@ def copied(data: Value) -> Value:
     return copy.deepcopy(data)
 
 
-def optional(part: Callable[[], Value]) -> Optional[Value]:
+def optional(part: Callable[[], Value]) -> Value | None:
     """Return a part of a message; None if an array in it is too short."""
     try:
         return part()

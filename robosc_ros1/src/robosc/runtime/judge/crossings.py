@@ -16,22 +16,7 @@ from __future__ import annotations
 
 from collections import deque
 from itertools import islice
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    Callable,
-    Deque,
-    Dict,
-    FrozenSet,
-    Iterable,
-    Iterator,
-    List,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-    Union,
-)
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, NamedTuple, Sequence
 
 from ..core.clocks import Clocks, Deadline
 from ..core.engine_parts import BoundInput, EngineParts, Inputs
@@ -61,12 +46,12 @@ class SeenEvent(NamedTuple):
     delayed transition (None: it is none); ``silences``: it is the timeout of a message.
     """
 
-    keys: FrozenSet[str]
+    keys: frozenset[str]
     group: str
     time: float
     do: Callable[[], bool]
-    writes: FrozenSet[str]
-    timer: Optional[int] = None
+    writes: frozenset[str]
+    timer: int | None = None
     silences: bool = False
 
 
@@ -81,7 +66,7 @@ class Ordering(NamedTuple):
     """A state that the controller may be in, and what was seen and is yet to happen after it."""
 
     now: TimedState
-    ahead: Tuple[SeenEvent, ...] = ()
+    ahead: tuple[SeenEvent, ...] = ()
 
 
 class Orderings:
@@ -95,11 +80,11 @@ class Orderings:
     def __init__(
         self,
         controller: Controller,
-        transitions: Optional[InternalTransitions],
+        transitions: InternalTransitions | None,
         clocks: Clocks,
-        keys: FrozenSet[str],
+        keys: frozenset[str],
         span: Callable[[], float],
-        oldest: Callable[[], Optional[float]],
+        oldest: Callable[[], float | None],
     ) -> None:
         self._state: State = vars(controller)
         self._bound = controller.STEP_BOUND
@@ -115,8 +100,8 @@ class Orderings:
         self._compared = [name for name in self._attributes if name not in counters]
         rows = enumerate(controller.AFTERS)
         self._timers = frozenset(index for index, row in rows if row.component in keys)
-        self._others: List[Ordering] = []
-        self._recent: Deque[Tuple[SeenEvent, TimedState]] = deque(maxlen=_AHEAD)
+        self._others: list[Ordering] = []
+        self._recent: deque[tuple[SeenEvent, TimedState]] = deque(maxlen=_AHEAD)
         """The last events, each with the state before it."""
         self._is_chain = True  # they are all of one topic
 
@@ -156,14 +141,14 @@ class Orderings:
         oldest = self._oldest()
         return (seen.time if oldest is None else min(seen.time, oldest)) - self._span()
 
-    def _latest(self) -> List[Ordering]:
+    def _latest(self) -> list[Ordering]:
         return [*self._others, *self._chain()]
 
-    def _chain(self) -> List[Ordering]:
+    def _chain(self) -> list[Ordering]:
         """Return the orders in which the last events are yet to come, if they keep their order; if
         not, they are among the others."""
-        found: List[Ordering] = []
-        ahead: Tuple[SeenEvent, ...] = ()
+        found: list[Ordering] = []
+        ahead: tuple[SeenEvent, ...] = ()
         for seen, before in reversed(self._recent):
             if seen.group != self._recent[0][0].group:
                 return []
@@ -171,7 +156,7 @@ class Orderings:
             found.append(Ordering(before, ahead))
         return found
 
-    def explain(self, seen: SeenEvent) -> Optional[FrozenSet[str]]:
+    def explain(self, seen: SeenEvent) -> frozenset[str] | None:
         """Go on in an order in which something can happen that cannot in the present one, after it
         has happened; return the attributes that have other values then. None: there is none."""
         now = self.moment()
@@ -192,12 +177,12 @@ class Orderings:
 
     # --- what becomes of orders ------------------------------------------------------------------
 
-    def _ways(self, orders: Iterable[Ordering], seen: SeenEvent) -> List[Ordering]:
+    def _ways(self, orders: Iterable[Ordering], seen: SeenEvent) -> list[Ordering]:
         """Return all that may become of orders when something was seen, each once."""
         since = self._since(seen)
         until = seen.time + 3 * self._span()  # but for commands that waited: or time went back
-        found: List[Ordering] = []
-        todo: Deque[Ordering] = deque()
+        found: list[Ordering] = []
+        todo: deque[Ordering] = deque()
         for order in orders:
             if all(since < event.time <= until for event in order.ahead):
                 todo.extend(self._extended(order, seen))
@@ -232,7 +217,7 @@ class Orderings:
             if after is not None:
                 yield Ordering(after, order.ahead)
 
-    def _nearly_due(self, order: Ordering, span: float) -> List[int]:
+    def _nearly_due(self, order: Ordering, span: float) -> list[int]:
         due = self._clocks.nearly_due(order.now.deadlines, span) if self._timers else ()
         return [timer for timer in due if timer in self._timers]
 
@@ -248,7 +233,7 @@ class Orderings:
         """Whether one is the timeout of a message that came a little later, or in time."""
         return one.silences and not one.keys.isdisjoint(other.keys)
 
-    def _after(self, moment: TimedState, seen: SeenEvent) -> Optional[TimedState]:
+    def _after(self, moment: TimedState, seen: SeenEvent) -> TimedState | None:
         """Return the moment after something happened; None: it cannot happen in this one."""
         deadlines = moment.deadlines
         if seen.timer is not None:
@@ -282,17 +267,17 @@ class Orderings:
         keys = frozenset([row.component])
         return SeenEvent(keys, "after %d" % timer, time, lambda: step() is not None, writes, timer)
 
-    def _is_among(self, order: Ordering, others: List[Ordering]) -> bool:
+    def _is_among(self, order: Ordering, others: list[Ordering]) -> bool:
         end = self._end(order.now)
         return any(o.ahead == order.ahead and self._end(o.now) == end for o in others)
 
-    def _end(self, moment: TimedState) -> List[Any]:
+    def _end(self, moment: TimedState) -> list[Any]:
         return [moment.state[name] for name in self._compared]
 
 
-def _written(controller: Controller, keys: FrozenSet[str]) -> Tuple[str, ...]:
+def _written(controller: Controller, keys: frozenset[str]) -> tuple[str, ...]:
     """Return what events with these keys write, and internal transitions after them."""
-    rows: Tuple[Union[Input, Command], ...] = (*controller.INPUTS, *controller.COMMANDS)
+    rows: tuple[Input | Command, ...] = (*controller.INPUTS, *controller.COMMANDS)
     written = {name for row in rows if row.key in keys for name in row.writes}
     written.update(n for row in controller.AFTERS if row.component in keys for n in row.writes)
     size = -1
@@ -314,14 +299,14 @@ class Crossings:
         parts: EngineParts,
         now: Callable[[], float],
         span: Callable[[], float],
-        oldest: Callable[[], Optional[float]],
+        oldest: Callable[[], float | None],
     ) -> None:
         self._parts = parts
         self._now = now
         self._span = span
         self._oldest = oldest
-        self._orders: Dict[str, Orderings] = {}  # by the key of a communication, or by component
-        self._sorts: Dict[Tuple[str, str, int], SeenEvent] = {}  # those of inputs, by what they are
+        self._orders: dict[str, Orderings] = {}  # by the key of a communication, or by component
+        self._sorts: dict[tuple[str, str, int], SeenEvent] = {}  # those of inputs, by what they are
 
     def distinguish(self, groups: Iterable[Iterable[str]]) -> None:
         """Follow the orders of these groups of events, by the keys of their communications, or by
@@ -334,12 +319,12 @@ class Crossings:
             )
             self._orders.update(dict.fromkeys(keys, orders))
 
-    def of(self, key: str) -> Optional[Orderings]:
+    def of(self, key: str) -> Orderings | None:
         """Return the orders in which the events of a communication or a component may have
         happened; None: their order does not matter."""
         return self._orders.get(key)
 
-    def explain(self, key: str, event: SeenEvent) -> Optional[FrozenSet[str]]:
+    def explain(self, key: str, event: SeenEvent) -> frozenset[str] | None:
         """Go on in the state after another order, if an event that cannot happen now can in that;
         return what differs."""
         orders = self._orders.get(key)
@@ -368,7 +353,7 @@ class Crossings:
         seen: Seen,
         command: ScheduledCommand,
         place: str,
-        judge: Optional[Callable[[ScheduledCommand, Seen], bool]],
+        judge: Callable[[ScheduledCommand, Seen], bool] | None,
     ) -> SeenEvent:
         """Return the event that a command was; those of one ``place`` keep their order. With
         ``judge`` it cannot have happened where that does not allow it."""
@@ -399,8 +384,8 @@ class Crossings:
         kind: str,
         name: str,
         value: Any,
-        changed: FrozenSet[str],
-        time: Optional[float] = None,
+        changed: frozenset[str],
+        time: float | None = None,
         seen: bool = False,
     ) -> None:
         """Record an event that happened in another order, with the values of what changed."""

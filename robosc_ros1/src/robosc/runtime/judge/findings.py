@@ -6,20 +6,7 @@ Of requirements on all states it tells when they stop holding.
 
 from __future__ import annotations
 
-from typing import (
-    Any,
-    Callable,
-    Dict,
-    FrozenSet,
-    Iterable,
-    Iterator,
-    List,
-    Literal,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Set,
-)
+from typing import Any, Callable, Iterable, Iterator, Literal, NamedTuple, Sequence
 
 from ..core.engine_parts import EngineParts
 from ..core.model import Controller, Requirement
@@ -47,12 +34,12 @@ class Judged(NamedTuple):
     """One of the findings of an event; ``sort`` is one of those above."""
 
     sort: Sort
-    reasons: List[Dict[str, Any]]
+    reasons: list[dict[str, Any]]
 
 
 def verdicts(
-    outcome: str, detail: Optional[str], blocked_by: Optional[Sequence[Dict[str, Any]]]
-) -> List[Judged]:
+    outcome: str, detail: str | None, blocked_by: Sequence[dict[str, Any]] | None
+) -> list[Judged]:
     """Return the findings of an event: none, or what leaves the model, what was violated, and what
     would have been corrected."""
     if outcome in ("mismatch", "stopped"):
@@ -80,7 +67,7 @@ class Violated(NamedTuple):
     """A requirement that does not hold since a time of the port; ``stamp`` is the recorder's."""
 
     row: Requirement
-    reason: Dict[str, Any]
+    reason: dict[str, Any]
     since: float
     stamp: float
 
@@ -92,8 +79,8 @@ class Invariants:
         on_commands = {i for row in controller.COMMANDS for i in row.requirements}
         self._controller = controller
         self.rows = [r for i, r in enumerate(controller.REQUIREMENTS) if i not in on_commands]
-        self._violated: Set[int] = set()
-        self._untold: Dict[int, Violated] = {}
+        self._violated: set[int] = set()
+        self._untold: dict[int, Violated] = {}
 
     def leave_out(self) -> None:
         """Judge none of them."""
@@ -111,7 +98,7 @@ class Invariants:
                 self._untold[number] = Violated(row, reason, now, stamp)
 
     @property
-    def earliest(self) -> Optional[float]:
+    def earliest(self) -> float | None:
         """Since when one is violated that was not told yet; None: there is none."""
         return min((found.since for found in self._untold.values()), default=None)
 
@@ -138,7 +125,7 @@ class FindingReports:
         seen: Seen,
         value: Any,
         reasons: Reasons,
-        writes: FrozenSet[str] = frozenset(),
+        writes: frozenset[str] = frozenset(),
     ) -> None:
         """Tell of a command that was sent against the model; ``name`` is empty for a message that
         is none, and ``value`` what is recorded of it."""
@@ -165,7 +152,7 @@ class FindingReports:
             self._parts.log("warning", row.place, "violated: " + text)
 
     def undecided(
-        self, name: str, seen: Seen, value: Any, why: str, writes: FrozenSet[str]
+        self, name: str, seen: Seen, value: Any, why: str, writes: frozenset[str]
     ) -> None:
         """Record a command of which it is not known whether it was allowed."""
         recorder = self._parts.recorder
@@ -193,9 +180,9 @@ class FindingReports:
         name: str,
         value: Any,
         detail: str,
-        reasons: Optional[Reasons] = None,
-        stamp: Optional[float] = None,
-        number: Optional[int] = None,
+        reasons: Reasons | None = None,
+        stamp: float | None = None,
+        number: int | None = None,
     ) -> None:
         """Publish the findings of an event that was recorded, by default the last one."""
         for judged in verdicts(outcome, detail, reasons):
@@ -207,8 +194,8 @@ class FindingReports:
         kind: str,
         name: str,
         value: Any,
-        stamp: Optional[float] = None,
-        number: Optional[int] = None,
+        stamp: float | None = None,
+        number: int | None = None,
     ) -> None:
         document = {
             "version": 1,

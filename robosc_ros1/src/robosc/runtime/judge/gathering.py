@@ -14,7 +14,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from functools import partial
-from typing import Any, Callable, Deque, NamedTuple, Optional, Tuple
+from typing import Any, Callable, NamedTuple
 
 from ..core.engine_parts import EngineParts, Item
 
@@ -32,7 +32,7 @@ class Lateness:
     def __init__(self, steady: Callable[[], float]) -> None:
         self._steady = steady
         self._lock = threading.Lock()
-        self._delays: Deque[Tuple[float, float]] = deque()  # times and delays, which decrease
+        self._delays: deque[tuple[float, float]] = deque()  # times and delays, which decrease
 
     def note(self, delay: float) -> None:
         """Take notice that something was done so many seconds late; from any thread."""
@@ -75,7 +75,7 @@ class ArrivalTime:
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._latest = float("-inf")
-        self._then: Optional[float] = None
+        self._then: float | None = None
 
     def __call__(self) -> float:
         if self._then is not None:
@@ -107,8 +107,8 @@ class Gathering:
         self._clock = clock
         self._machine = machine
         self._handle = handle
-        self._queue: Deque[Any] = parts.turns.queue
-        self._stamp: Optional[Callable[[], float]] = None
+        self._queue: deque[Any] = parts.turns.queue
+        self._stamp: Callable[[], float] | None = None
 
     def put(self, item: Item) -> None:
         """Queue what arrives now."""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import struct
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence
 
 from ..core.calls import OwnEffects
 from ..core.engine_parts import EngineParts
@@ -47,9 +47,9 @@ class Corrected(NamedTuple):
     made: Any
     text: str
     place: str
-    changes: Callable[[], Dict[str, Dict[str, Any]]]
+    changes: Callable[[], dict[str, dict[str, Any]]]
 
-    def told(self) -> Optional[Dict[str, Any]]:
+    def told(self) -> dict[str, Any] | None:
         """Return a document about what changed; None: nothing.
 
         It takes longer than to correct, and is made when the message has been passed on.
@@ -64,11 +64,11 @@ class CheckedCommand(NamedTuple):
     anew."""
 
     payload: Any = None
-    data: Tuple[Any, ...] = ()
-    corrected: Optional[Corrected] = None
-    again: Optional[Callable[[], Any]] = None
+    data: tuple[Any, ...] = ()
+    corrected: Corrected | None = None
+    again: Callable[[], Any] | None = None
 
-    def told(self) -> Optional[Dict[str, Any]]:
+    def told(self) -> dict[str, Any] | None:
         """Return a document about what was corrected; None: nothing."""
         return None if self.corrected is None else self.corrected.told()
 
@@ -80,7 +80,7 @@ class InEffect(NamedTuple):
     """A command in effect, with its data, and what it changed."""
 
     key: str
-    data: Tuple[Any, ...]
+    data: tuple[Any, ...]
     effects: OwnEffects
 
 
@@ -88,7 +88,7 @@ def itself(message: Any) -> Any:
     return message
 
 
-def told(data: Tuple[Any, ...]) -> Any:
+def told(data: tuple[Any, ...]) -> Any:
     """Return the data that were read of a message as the value of an event."""
     return data[0] if data else None
 
@@ -101,11 +101,11 @@ NOTHING_TO_CORRECT_BY = "what its correction reads is not there"
 class JudgingPort(Port):
     """A port that can tell what becomes of another controller's message."""
 
-    def corrected(self, message: Any, data: Dict[str, Any]) -> Any:
+    def corrected(self, message: Any, data: dict[str, Any]) -> Any:
         """Return a copy of a message with the given fields set, as it will arrive."""
         raise NotImplementedError
 
-    def changes(self, sent: Any, made: Any, data: Dict[str, Any]) -> Dict[str, Dict[str, Any]]:
+    def changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
         """Return in which of the given fields two messages differ, by path: what was sent, and what
         was made of it."""
         return changed_fields(sent, made, data)
@@ -125,7 +125,7 @@ class Judge:
         self._only_finite = parts.settings.refuse_not_finite
         self._port = port
 
-    def corrected(self, row: Command, message: Any, data: Any) -> Optional[Corrected]:
+    def corrected(self, row: Command, message: Any, data: Any) -> Corrected | None:
         """Return a message, of which ``data`` were read, as the model corrects it; None if it does
         not.
 
@@ -141,7 +141,7 @@ class Judge:
         changes = lambda: self._port.changes(message, made, fields)  # noqa: E731
         return Corrected(made, text, place, changes)
 
-    def objections(self, command: ScheduledCommand, message: Any, data: Tuple[Any, ...]) -> Reasons:
+    def objections(self, command: ScheduledCommand, message: Any, data: tuple[Any, ...]) -> Reasons:
         """Return why a message that was sent would not have been passed on as it is now; empty if
         it would."""
         row = command.row
@@ -178,7 +178,7 @@ class Judge:
         found = not_finite(self._port.content(message)) if self._only_finite else None
         return [] if found is None else [{"kind": "number", "text": found}]
 
-    def reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
+    def reasons(self, key: str, kind: str, data: tuple[Any, ...] = ()) -> Reasons:
         """Return why a command is not allowed now; empty if it is."""
         command = self._commands[key, kind]
         # Preferences are not checked: the choice of commands is left to the other controller.

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
 
 from ..core.values import is_header, jsonable, leaves_of, only_field, parts_of
 
@@ -20,17 +20,17 @@ class CommandPattern(NamedTuple):
     """
 
     key: str
-    fits: Optional[Callable[[Any], bool]] = None
+    fits: Callable[[Any], bool] | None = None
 
 
 def command_patterns(
-    table: Sequence[Row], make: Callable[[Dict[str, Any]], Any]
-) -> Tuple[CommandPattern, ...]:
+    table: Sequence[Row], make: Callable[[dict[str, Any]], Any]
+) -> tuple[CommandPattern, ...]:
     """Return the patterns of a topic's commands.
 
     ``make`` returns a message with given data as it would arrive.
     """
-    patterns: List[CommandPattern] = []
+    patterns: list[CommandPattern] = []
     for key, exact, field in table:
         if exact:
             patterns.append(CommandPattern(key, _one_of([make(data) for data in exact])))
@@ -41,7 +41,7 @@ def command_patterns(
     return tuple(patterns)
 
 
-def matching_command(patterns: Sequence[CommandPattern], message: Any) -> Optional[str]:
+def matching_command(patterns: Sequence[CommandPattern], message: Any) -> str | None:
     """Return the key of the command that a message matches; None if there is none."""
     rest = None
     for pattern in patterns:
@@ -53,11 +53,11 @@ def matching_command(patterns: Sequence[CommandPattern], message: Any) -> Option
 
 
 def changed_fields(
-    sent: Any, made: Any, data: Dict[str, Any], path: str = ""
-) -> Dict[str, Dict[str, Any]]:
+    sent: Any, made: Any, data: dict[str, Any], path: str = ""
+) -> dict[str, dict[str, Any]]:
     """Return the fields of ``data`` in which two messages differ, by path: what was ``sent``, and
     what was ``made`` of it."""
-    found: Dict[str, Dict[str, Any]] = {}
+    found: dict[str, dict[str, Any]] = {}
     for name, value in data.items():
         name = name or only_field(made)
         old, new = (_field(message, name) for message in (sent, made))
@@ -86,14 +86,14 @@ def _content(message: Any) -> Any:
     return [_content(part) for part in parts_of(message).values()]
 
 
-def _one_of(expected: List[Any]) -> Callable[[Any], bool]:
+def _one_of(expected: list[Any]) -> Callable[[Any], bool]:
     leaves = leaves_of(type(expected[0]))
     read = _content if leaves is None else leaves
     contents = [read(message) for message in expected]
     return lambda message: read(message) in contents
 
 
-def _has(path: Path, values: Tuple[Any, ...]) -> Callable[[Any], bool]:
+def _has(path: Path, values: tuple[Any, ...]) -> Callable[[Any], bool]:
     def fits(message: Any) -> bool:
         for name in path:
             message = _field(message, name)

@@ -20,19 +20,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import (
-    Any,
-    Callable,
-    Container,
-    Dict,
-    FrozenSet,
-    Iterable,
-    List,
-    Optional,
-    Protocol,
-    Sequence,
-    Tuple,
-)
+from typing import Any, Callable, Container, Iterable, Protocol, Sequence
 
 from ..core.calls import Failure
 from ..core.clocks import Timer, shortest
@@ -59,13 +47,13 @@ class Withholding(Protocol):
     def begin(self) -> None:
         """Begin in the present state."""
 
-    def after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+    def after(self, writes: frozenset[str], ended: str | None) -> None:
         """Take notice of an event, see :class:`.engine.NodeRole`."""
 
     def sent(self, command: ScheduledCommand) -> None:
         """Take notice that somebody sent a command."""
 
-    def due(self) -> Optional[float]:
+    def due(self) -> float | None:
         """Return the seconds until a command is due; None: none is."""
 
     def act(self, is_known: Callable[[ScheduledCommand], bool]) -> bool:
@@ -88,7 +76,7 @@ class Monitoring:
         clock: ArrivalTime,
         lateness: Lateness,
         gathering: float = GATHERING,
-        withholding: Optional[Withholding] = None,
+        withholding: Withholding | None = None,
     ) -> None:
         parts = engine.parts
         self._engine = engine
@@ -145,7 +133,7 @@ class Monitoring:
         return bool(self._parts.communications[key].goals)
 
     @property
-    def unjudged(self) -> List[Tuple[str, str]]:
+    def unjudged(self) -> list[tuple[str, str]]:
         """The commands, by key and kind, that are not judged."""
         return [event for event, c in self._commands.items() if not self._visibility.shows(c.reads)]
 
@@ -183,7 +171,7 @@ class Monitoring:
         threads on their way, of who sent them and of this node, are late."""
         return self.tolerance + 2 * self.lateness.worst
 
-    def snapshot(self) -> Dict[str, Any]:
+    def snapshot(self) -> dict[str, Any]:
         self._sight.look()
         return {"not_judging": self._sight.reason, "late": round(self.lateness.worst, 3)}
 
@@ -193,7 +181,7 @@ class Monitoring:
         if self._withholding is not None:
             self._withholding.begin()
 
-    def due(self) -> Optional[float]:
+    def due(self) -> float | None:
         waiting = (self._pending.oldest, self._invariants.earliest)
         times = [time for time in waiting if time is not None]
         left = min(times) + self._span() - self._moment() if times else None
@@ -229,7 +217,7 @@ class Monitoring:
         if not (found and self._is_blind(found[0].since)):
             self._findings.violated(found)
 
-    def _is_blind(self, time: float, attributes: Optional[Iterable[str]] = None) -> bool:
+    def _is_blind(self, time: float, attributes: Iterable[str] | None = None) -> bool:
         """Whether it did not see what decides on attributes (None: on any) at a time of the
         machine, or a moment before."""
         self._sight.look()
@@ -237,7 +225,7 @@ class Monitoring:
 
     # What is seen
 
-    def _wait(self, seconds: Optional[float]) -> None:
+    def _wait(self, seconds: float | None) -> None:
         """Wait for what comes, and then for more that comes with it."""
         turns = self._parts.turns
         if not turns.queue:
@@ -245,7 +233,7 @@ class Monitoring:
             if turns.queue and self.gathering:
                 self._notice(time.sleep, self.gathering)
 
-    def _notice(self, wait: Callable[[Any], None], seconds: Optional[float]) -> None:
+    def _notice(self, wait: Callable[[Any], None], seconds: float | None) -> None:
         """Wait, and notice by how much longer that took."""
         begin = self._parts.steady()
         wait(seconds)
@@ -393,8 +381,8 @@ class Monitoring:
         self,
         seen: Seen,
         command: ScheduledCommand,
-        reasons: Optional[Reasons] = None,
-        detail: Optional[str] = None,
+        reasons: Reasons | None = None,
+        detail: str | None = None,
         is_sure: bool = False,
     ) -> None:
         """Apply a command that was seen; ``is_sure``: the reasons hold in every state."""
@@ -433,7 +421,7 @@ class Monitoring:
         return "not judging: " + (self._sight.reason or "it was blind a moment ago")
 
     def _forbid(
-        self, name: str, seen: Seen, reasons: Reasons, writes: FrozenSet[str] = frozenset()
+        self, name: str, seen: Seen, reasons: Reasons, writes: frozenset[str] = frozenset()
     ) -> None:
         self._findings.forbidden(name, seen, self._value(seen), reasons, writes)
 
@@ -442,7 +430,7 @@ class Monitoring:
 
     # In another order
 
-    def observed(self, entries: Inputs, message: Any) -> List[BoundInput]:
+    def observed(self, entries: Inputs, message: Any) -> list[BoundInput]:
         self._is_explained = False
         orders = self._crossings.of(entries[0].key)
         if orders is None:
@@ -494,7 +482,7 @@ class Monitoring:
         self._engine.after(changed, None)
         return True
 
-    def after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+    def after(self, writes: frozenset[str], ended: str | None) -> None:
         if self._withholding is not None:
             self._withholding.after(writes, ended)
         now, oldest = self._moment(), self._pending.oldest
@@ -521,16 +509,16 @@ class Monitoring:
     def stand_still(self) -> None:
         """Do nothing: goals and commands are those of others."""
 
-    def let_through(self) -> Optional[str]:
+    def let_through(self) -> str | None:
         return "this node sends nothing"
 
 
 def monitor_engine(
     controller: Controller,
     port: MonitorPort,
-    settings: Optional[Settings] = None,
+    settings: Settings | None = None,
     steady: Callable[[], float] = steady_time,
-    lateness: Optional[Lateness] = None,
+    lateness: Lateness | None = None,
 ) -> Engine[Monitoring]:
     """Return the engine of a monitor, see :class:`.engine.Engine`; ``lateness`` is that of the
     process."""

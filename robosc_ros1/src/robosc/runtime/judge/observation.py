@@ -12,7 +12,7 @@ latest one did.
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Callable, Deque, Dict, Optional, Set, Tuple
+from typing import Any, Callable, Tuple
 
 from ..core.ages import seconds_of
 from ..core.calls import FAILED, LOST, REJECTED, Failure, replacing
@@ -57,13 +57,13 @@ class SeenAction:
         self._unended = ""  # the goal before, if its end was not seen
         # Goals that were replaced and have not ended, each with the time since when the server does
         # not know it; 0: it does.
-        self._replaced: Dict[str, float] = {}
-        self._kept: Optional[End] = None  # that of the latest goal, while these go on
-        self._early: Deque[Tuple[Handler, Any]] = deque(maxlen=_EARLY)
+        self._replaced: dict[str, float] = {}
+        self._kept: End | None = None  # that of the latest goal, while these go on
+        self._early: deque[tuple[Handler, Any]] = deque(maxlen=_EARLY)
         self._ended = 0.0  # when the server told first how the goal ended
         self._is_listed = False  # the server has told of the goal
         self._awaits_end = False  # also of a goal that was cancelled
-        self.handlers: Dict[str, Handler] = {
+        self.handlers: dict[str, Handler] = {
             "/goal": self._goal,
             "/cancel": self._cancel,
             "/feedback": self._feedback,
@@ -187,11 +187,11 @@ class SeenActionOfRos2:
         self._monitoring = monitoring
         self._key = key
         self._replaces = monitoring.replaces(key)
-        self._last: Dict[bytes, int] = {}
+        self._last: dict[bytes, int] = {}
         self._latest = b""
-        self._kept: Optional[End] = None  # that of the latest goal, while replaced ones go on
+        self._kept: End | None = None  # that of the latest goal, while replaced ones go on
         self._has_begun = False
-        self.handlers: Dict[str, Handler] = {
+        self.handlers: dict[str, Handler] = {
             "/_action/status": self._status,
             "/_action/feedback": self._feedback,
         }
@@ -225,20 +225,20 @@ class SeenActionOfRos2:
         self._end_kept(running)
         self._has_begun = True
 
-    def _ended(self, kind: str, payload: Any, former: bool, running: Set[bytes]) -> None:
+    def _ended(self, kind: str, payload: Any, former: bool, running: set[bytes]) -> None:
         if former:
             self._monitoring.answer(self._key, kind, payload, former)
         else:
             self._end(kind, payload, running)
 
-    def _end(self, kind: str, payload: Any, running: Set[bytes]) -> None:
+    def _end(self, kind: str, payload: Any, running: set[bytes]) -> None:
         """Take the end of the latest goal."""
         self._kept = kind, payload
         if not self._replaces:
             running = set()
         self._end_kept(running)
 
-    def _end_kept(self, running: Set[bytes]) -> None:
+    def _end_kept(self, running: set[bytes]) -> None:
         if self._kept is not None and not running:
             kept, self._kept = self._kept, None
             self._monitoring.answer(self._key, *kept)
@@ -253,8 +253,8 @@ class SeenServiceOfRos2:
     def __init__(self, monitoring: Monitoring, key: str) -> None:
         self._monitoring = monitoring
         self._key = key
-        self._calls: Dict[Tuple[bytes, int], bool] = {}  # whether it was answered
-        self.handlers: Dict[str, Handler] = {"/_service_event": self._event}
+        self._calls: dict[tuple[bytes, int], bool] = {}  # whether it was answered
+        self.handlers: dict[str, Handler] = {"/_service_event": self._event}
 
     def _event(self, message: Any) -> None:
         info = message.info

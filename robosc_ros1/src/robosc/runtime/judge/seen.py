@@ -6,7 +6,7 @@ the states a moment ago, for commands that cross other messages.
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Callable, Deque, Dict, FrozenSet, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, NamedTuple, Tuple
 
 from ..core.calls import LOST, Failure, Missed
 from ..core.engine_parts import BoundInput, EngineParts
@@ -36,8 +36,8 @@ class Seen(NamedTuple):
     stamp: float
     excused: bool = True
     doubt: str = ""
-    entry: Optional[BoundInput] = None
-    data: Tuple[Any, ...] = ()
+    entry: BoundInput | None = None
+    data: tuple[Any, ...] = ()
 
 
 class _Past(NamedTuple):
@@ -49,8 +49,8 @@ class _Past(NamedTuple):
 
     until: float
     ended_by: str
-    writes: FrozenSet[str]
-    before: Dict[str, Any]
+    writes: frozenset[str]
+    before: dict[str, Any]
 
 
 class RecentStates:
@@ -58,14 +58,14 @@ class RecentStates:
 
     def __init__(self, controller: Controller) -> None:
         self._state = vars(controller)
-        self._last: Dict[str, Any] = {}
-        self._past: Deque[_Past] = deque()
+        self._last: dict[str, Any] = {}
+        self._past: deque[_Past] = deque()
 
     def begin(self) -> None:
         """Take the present state as the first."""
         self._last = dict(self._state)
 
-    def note(self, now: float, topic: str, writes: FrozenSet[str], since: float) -> None:
+    def note(self, now: float, topic: str, writes: frozenset[str], since: float) -> None:
         """Remember the state before the event that is over now, which may have written these
         attributes; ``topic`` is that of the command that it was (empty: of none). Forget what was
         over at ``since``."""
@@ -81,7 +81,7 @@ class RecentStates:
             self._past.popleft()
 
     def held(
-        self, condition: Callable[[], bool], reads: FrozenSet[str], since: float, topic: str
+        self, condition: Callable[[], bool], reads: frozenset[str], since: float, topic: str
     ) -> bool:
         """Whether a condition, which does not hold now, did so after ``since``, and after the last
         command of the topic that wrote any of the attributes ``reads``."""
@@ -108,9 +108,9 @@ class SeenGoals:
     def __init__(self, parts: EngineParts, tolerance: Callable[[], float]) -> None:
         self._parts = parts
         self._tolerance = tolerance
-        self._begun: Dict[str, float] = {}  # when the last request of each was seen
-        self._withdrawn: Dict[str, float] = {}
-        self._alive: Dict[str, float] = {}  # when a status of each was heard, or its goal begun
+        self._begun: dict[str, float] = {}  # when the last request of each was seen
+        self._withdrawn: dict[str, float] = {}
+        self._alive: dict[str, float] = {}  # when a status of each was heard, or its goal begun
 
     def begin(self, key: str, time: float) -> None:
         self._begun[key] = time
@@ -124,13 +124,13 @@ class SeenGoals:
         """
         self._alive[key] = self._parts.steady()
 
-    def time_to_loss(self) -> Optional[float]:
+    def time_to_loss(self) -> float | None:
         """Return the seconds until a server that keeps silent is lost; None: none can be."""
         times = [time for key, time in list(self._alive.items()) if self._is_awaited(key)]
         limit = self._parts.settings.server_lost_after
         return min(times) + limit - self._parts.steady() if times else None
 
-    def lost(self) -> List[str]:
+    def lost(self) -> list[str]:
         """Return the actions whose server was silent for so long that a controller gives up."""
         since = self._parts.steady() - self._parts.settings.server_lost_after
         known = list(self._alive.items())
@@ -156,7 +156,7 @@ class SeenGoals:
         is_busy = self._parts.phase(entry.key) == "busy"
         return entry.kind == "cancelled" and is_busy and not self.is_withdrawn(entry.key)
 
-    def end(self, key: str) -> Optional[Missed]:
+    def end(self, key: str) -> Missed | None:
         """Take notice that a goal has ended, and return the deadline for which it was cancelled, if
         the model does not cancel it."""
         limit, cancelled = self._parts.settings.goal_timeout_of(key), self._withdrawn.pop(key, None)
@@ -175,8 +175,8 @@ class Pending:
 
     def __init__(self, is_decided: Callable[[Seen], bool]) -> None:
         self._is_decided = is_decided
-        self._seen: List[Seen] = []
-        self._topics: Dict[str, str] = {}  # by key, of the commands that were seen
+        self._seen: list[Seen] = []
+        self._topics: dict[str, str] = {}  # by key, of the commands that were seen
 
     def name_topic(self, key: str, topic: str) -> None:
         """Take notice of the topic on which a command comes."""
@@ -193,12 +193,12 @@ class Pending:
     def add(self, seen: Seen) -> None:
         self._seen.append(seen)
 
-    def holds(self, key: str, kind: Optional[str] = None) -> bool:
+    def holds(self, key: str, kind: str | None = None) -> bool:
         """Whether something of a communication waits, or of one kind of it."""
         return any(s.key == key and kind in (None, s.kind) for s in self._seen)
 
     @property
-    def oldest(self) -> Optional[float]:
+    def oldest(self) -> float | None:
         """When the first of them was seen; None: nothing waits."""
         return self._seen[0].time if self._seen else None
 
@@ -220,10 +220,10 @@ class Pending:
             del self._seen[index]
             raise
 
-    def _next_decided(self) -> Optional[int]:
+    def _next_decided(self) -> int | None:
         """Apply the first command that need not wait, and return its place; or that of an answer to
         one that was applied; None: all have to wait."""
-        waiting: Set[str] = set()
+        waiting: set[str] = set()
         for index, seen in enumerate(self._seen):
             place = self.place(seen)
             before = {place} if seen.entry is None else {place, seen.key + "cancel"}
@@ -247,7 +247,7 @@ class Allowances:
         self._recent = RecentStates(parts.controller)
         self.begin, self.note = self._recent.begin, self._recent.note
 
-    def is_allowed(self, command: ScheduledCommand, seen: Optional[Seen] = None) -> bool:
+    def is_allowed(self, command: ScheduledCommand, seen: Seen | None = None) -> bool:
         """Whether a command is allowed now, as it was seen if data decide on it."""
         if seen is not None and seen.data:
             return not self._objections(command, seen.message, seen.data)
@@ -273,7 +273,7 @@ class Allowances:
         """Return the reasons without the requirements that held at some time after ``since``; if
         all did, but never together, return all."""
         failing = self._violated(command, seen)
-        recent: Set[Tuple[str, str]] = set()
+        recent: set[tuple[str, str]] = set()
 
         def looked() -> bool:
             recent.update(failing - self._violated(command, seen))
@@ -282,6 +282,6 @@ class Allowances:
         self._recent.held(looked, command.reads, since, topic)
         return [r for r in reasons if (r["text"], r.get("place")) not in recent] or reasons
 
-    def _violated(self, command: ScheduledCommand, seen: Seen) -> FrozenSet[Tuple[str, str]]:
+    def _violated(self, command: ScheduledCommand, seen: Seen) -> frozenset[tuple[str, str]]:
         found = violated(self._controller, command.row, *seen.data)
         return frozenset((reason["text"], reason["place"]) for reason in found)

@@ -10,7 +10,7 @@ sends it.
 
 from __future__ import annotations
 
-from typing import Any, Callable, FrozenSet, Optional, Set
+from typing import Any, Callable
 
 from ..core.engine import Engine
 from ..core.engine_parts import EngineParts
@@ -33,14 +33,14 @@ class Shadow:
         self._scheduler = CommandScheduler(
             parts.controller, settings.rate_of, settings.order, settings.seed, parts.gate.lack
         )
-        self._told: Set[int] = set()
+        self._told: set[int] = set()
         """The commands that change the state and were decided on, by index."""
 
     def begin(self) -> None:
         self._told.clear()
         self._scheduler.begin(self._parts.now())
 
-    def after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+    def after(self, writes: frozenset[str], ended: str | None) -> None:
         affected = self._scheduler.affected(writes)
         self._scheduler.update(affected, ended, self._parts.now())
         self._told -= {command.index for command in affected if not command.was}
@@ -48,7 +48,7 @@ class Shadow:
     def sent(self, command: ScheduledCommand) -> None:
         self._told.discard(command.index)
 
-    def due(self) -> Optional[float]:
+    def due(self) -> float | None:
         return self._scheduler.time_to_next(self._parts.now())
 
     def act(self, is_known: Callable[[ScheduledCommand], bool]) -> bool:
@@ -83,7 +83,7 @@ class Shadow:
 def shadow_engine(
     controller: Controller,
     port: MonitorPort,
-    settings: Optional[Settings] = None,
+    settings: Settings | None = None,
     steady: Callable[[], float] = steady_time,
 ) -> Engine[Monitoring]:
     """Return the engine of a shadow, see :class:`.engine.Engine`. It tells at once when it would

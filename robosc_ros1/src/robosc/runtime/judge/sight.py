@@ -9,19 +9,7 @@ Where some communications are not observed, a part of the state is unknown.
 
 from __future__ import annotations
 
-from typing import (
-    Callable,
-    Container,
-    Dict,
-    FrozenSet,
-    Iterable,
-    List,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Set,
-    Tuple,
-)
+from typing import Callable, Container, Iterable, NamedTuple, Sequence, Tuple
 
 from ..core.clocks import TimeMonitor
 from ..core.engine_parts import EngineParts
@@ -36,13 +24,13 @@ Step = Tuple[Sequence[str], Sequence[str]]
 
 def unknown_attributes(
     unseen: Container[str], events: Iterable[Event], steps: Iterable[Step]
-) -> FrozenSet[str]:
+) -> frozenset[str]:
     """Return the attributes that depend on the communications with these keys.
 
     What an event or a step writes is unknown if one thing is that decides on it.
     """
     known_events = list(events)
-    rules: List[Step] = [(writes, writes) for _, writes in known_events]
+    rules: list[Step] = [(writes, writes) for _, writes in known_events]
     rules += [((*reads, *writes), writes) for reads, writes in steps]
     unknown = {name for key, writes in known_events if key in unseen for name in writes}
     size = -1
@@ -54,7 +42,7 @@ def unknown_attributes(
     return frozenset(unknown)
 
 
-def unknown_in(controller: Controller, unseen: Container[str]) -> FrozenSet[str]:
+def unknown_in(controller: Controller, unseen: Container[str]) -> frozenset[str]:
     """Return the attributes of a controller that depend on the communications with these keys."""
     events = [(row.key, row.writes) for row in controller.INPUTS]
     events += [(row.key, row.writes) for row in controller.COMMANDS]
@@ -68,7 +56,7 @@ class Visibility:
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
-        self._unknown: FrozenSet[str] = frozenset()
+        self._unknown: frozenset[str] = frozenset()
         self._by_data: Container[str] = ()
 
     def __bool__(self) -> bool:
@@ -106,7 +94,7 @@ class BlindSpan(NamedTuple):
 
     reason: str
     begin: float
-    end: Optional[float]
+    end: float | None
     commands: int
 
 
@@ -127,20 +115,20 @@ class Sight:
         aged = any(c.max_age is not None for c in parts.controller.COMMUNICATIONS)
         self._needs_time = bool(parts.clocks.delays) or aged
         self._due = 0.0
-        self._last: Optional[float] = None  # the recorder's time when all was seen last
+        self._last: float | None = None  # the recorder's time when all was seen last
         self._ended = float("-inf")  # the machine's time when that was not so last
-        self._span: Optional[BlindSpan] = None
+        self._span: BlindSpan | None = None
         self._is_told = False
         self._begun = 0.0  # the machine's time when the present span began
-        self._connected: Set[str] = set()
-        self._hidden: Optional[FrozenSet[str]] = frozenset()
+        self._connected: set[str] = set()
+        self._hidden: frozenset[str] | None = frozenset()
 
     @property
-    def reason(self) -> Optional[str]:
+    def reason(self) -> str | None:
         """Why nothing can be judged, as text; None: it can."""
         return None if self._span is None else self._span.reason
 
-    def was_lost(self, since: float, reads: Optional[Iterable[str]] = None) -> bool:
+    def was_lost(self, since: float, reads: Iterable[str] | None = None) -> bool:
         """Whether something could not be seen after this time of the machine, on which these
         attributes depend (None: all of them)."""
         if self._span is None and self._ended <= since:
@@ -186,7 +174,7 @@ class Sight:
             self._parts.log("info", "judging", "judging again")
             self._told(span)
 
-    def _found(self) -> List[str]:
+    def _found(self) -> list[str]:
         """Return the reasons, and remember what depends on what is not seen."""
         faults = self._time_monitor.blinding() if self._needs_time else []
         topics = self._unheard()
@@ -197,7 +185,7 @@ class Sight:
         names = sorted(set(topics.values()))
         return faults + ["nobody is connected that publishes " + name for name in names]
 
-    def _unheard(self) -> Dict[str, str]:
+    def _unheard(self) -> dict[str, str]:
         """Return the topics that nobody publishes of what decides, by key. Silence of a message
         with a timeout is part of the model, once somebody was heard who publishes it."""
         missing = self._parts.port.unheard()
@@ -209,7 +197,7 @@ class Sight:
         }
 
 
-def deciding_inputs(controller: Controller) -> FrozenSet[str]:
+def deciding_inputs(controller: Controller) -> frozenset[str]:
     """Return the keys of the messages on which it may depend what is allowed."""
     keys = [c.key for c in controller.COMMUNICATIONS if c.sort == "outgoing"]
     read = {name for row in controller.COMMANDS if row.kind == "request" for name in row.reads}

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Any, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Sequence
 
 from ..core.calls import REFUSED, OwnEffects, Withheld
 from ..core.clocks import Timer
@@ -63,7 +63,7 @@ class SupervisorPort(JudgingPort):
         """Publish a document about a blocked command on ``~blocked``."""
         raise NotImplementedError
 
-    def composed(self, key: str, data: Optional[Dict[str, Any]]) -> Any:
+    def composed(self, key: str, data: dict[str, Any] | None) -> Any:
         """Return the message with the given fields that :meth:`send` would send, as it will
         arrive."""
         raise NotImplementedError
@@ -88,16 +88,16 @@ class Supervising:
         self._sight = Sight(parts, engine.time_monitor, lambda span: None)
         self._requests = engine.requests
         self._sending = Sending(engine)
-        self._relayed: Optional[RelayedCalls] = None
+        self._relayed: RelayedCalls | None = None
         if engine.served is not None:
             from ..served.relayed_calls import RelayedCalls
 
             self._relayed = RelayedCalls(parts, engine.requests, engine.served, self)
             engine.forwarder = self._relayed
         parts.recorder.counters.update(blocked=0, corrected=0)
-        self._effect: Dict[str, InEffect] = {}  # by topic, or key of an action
+        self._effect: dict[str, InEffect] = {}  # by topic, or key of an action
         self._is_step = False  # the operator lets the next command that is allowed pass
-        self._answers: Dict[str, Answer] = {}  # by key, for the requests in progress
+        self._answers: dict[str, Answer] = {}  # by key, for the requests in progress
         self.delayed: Callable[[Timer], None] = engine.take_delayed
 
     # From any thread
@@ -181,7 +181,7 @@ class Supervising:
 
     def check(
         self, key: str, kind: str, message: Any, payload: Any, repack: Repack
-    ) -> Tuple[CheckedCommand, Reasons]:
+    ) -> tuple[CheckedCommand, Reasons]:
         row, sent, raw = self._commands[key, kind].row, message, payload
         if row.read is None:
             return CheckedCommand(payload), self._judge.unfit(message)
@@ -202,7 +202,7 @@ class Supervising:
             return CheckedCommand(payload, (data,), corrected, again), self._judge.unfit(message)
         return CheckedCommand(payload, (), corrected), [{"kind": "data", "text": problem}]
 
-    def reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
+    def reasons(self, key: str, kind: str, data: tuple[Any, ...] = ()) -> Reasons:
         if kind == "cancel":  # what goes on may end, however the node stands
             return self._judge.reasons(key, kind, data)
         if self._engine.closing:
@@ -263,7 +263,7 @@ class Supervising:
         self._revoke()
         return True
 
-    def _before(self, command: ScheduledCommand) -> Dict[str, Any]:
+    def _before(self, command: ScheduledCommand) -> dict[str, Any]:
         """Return the attributes that a command may write, where a stop command may end it."""
         state = vars(self._controller)
         if not self._stop_command:
@@ -284,7 +284,7 @@ class Supervising:
         checked: CheckedCommand = UNCHECKED,
     ) -> None:
         """Report a blocked command; ``name`` is empty for a message that matches none."""
-        document: Dict[str, Any] = {
+        document: dict[str, Any] = {
             "version": 1,
             "time": round(time.time(), 6),
             "number": self._recorder.number,
@@ -301,7 +301,7 @@ class Supervising:
         what = "%s of %s" % (kind, name) if name else "a message on %s" % place
         self._parts.log("warning", place + kind, "%s was blocked: %s" % (what, texts))
 
-    def observed(self, entries: Inputs, message: Any) -> List[BoundInput]:
+    def observed(self, entries: Inputs, message: Any) -> list[BoundInput]:
         entry = entries[0]
         if entry.ends is not None:
             self._effect.pop(entry.key, None)
@@ -325,7 +325,7 @@ class Supervising:
         self._engine.arrived(entries, relayed.message, inbox)
         relayed.forward()
 
-    def after(self, writes: FrozenSet[str], ended: Optional[str]) -> None:
+    def after(self, writes: frozenset[str], ended: str | None) -> None:
         self._give_held()
         self._revoke()
 
@@ -333,7 +333,7 @@ class Supervising:
         if self._relayed is not None:
             self._relayed.give_held()
 
-    def due(self) -> Optional[float]:
+    def due(self) -> float | None:
         return None
 
     def act(self) -> bool:
@@ -362,17 +362,17 @@ class Supervising:
         with command.effects.undone(vars(self._controller)):
             return self._against(row, command.data)
 
-    def _against(self, request: Command, data: Tuple[Any, ...]) -> bool:
+    def _against(self, request: Command, data: tuple[Any, ...]) -> bool:
         """Whether requirements or synthesis forbid a request now, whatever its phase."""
         allowed = request.guard(self._controller, *data)
         return not allowed or bool(violated(self._controller, request, *data))
 
-    def let_through(self) -> Optional[str]:
+    def let_through(self) -> str | None:
         """Let the next command of the controller pass that is allowed."""
         self._is_step = True
         return None
 
-    def _read_of_stop(self, command: ScheduledCommand, data: Any) -> Tuple[Any, ...]:
+    def _read_of_stop(self, command: ScheduledCommand, data: Any) -> tuple[Any, ...]:
         if command.row.read is None:
             return ()
         message = self._port.composed(command.key, data)
@@ -419,7 +419,7 @@ class Supervising:
             raise Withheld("; ".join(map(reason_text, reasons)))
         return checked.payload
 
-    def snapshot(self) -> Dict[str, Any]:
+    def snapshot(self) -> dict[str, Any]:
         self._sight.look()
         return {"not_judging": self._sight.reason}
 
@@ -427,7 +427,7 @@ class Supervising:
 def supervisor_engine(
     controller: Controller,
     port: SupervisorPort,
-    settings: Optional[Settings] = None,
+    settings: Settings | None = None,
     steady: Callable[[], float] = steady_time,
 ) -> Engine[Supervising]:
     """Return the engine of a supervisor, see :class:`.engine.Engine`."""

@@ -10,7 +10,7 @@ the controller said so, or is not there, is told to the robot at once.
 
 from __future__ import annotations
 
-from typing import Any, Dict, NamedTuple, Protocol, Tuple
+from typing import Any, NamedTuple, Protocol
 
 from ..core.calls import TIMEOUT, Failure, Missed, OpenRequest
 from ..core.engine_parts import EngineParts
@@ -34,10 +34,10 @@ class AnswerJudge(Protocol):
 
     def check(
         self, key: str, kind: str, message: Any, payload: Any, repack: Repack
-    ) -> Tuple[CheckedCommand, Reasons]:
+    ) -> tuple[CheckedCommand, Reasons]:
         """Return a message as it is to be passed on, and why no state allows that."""
 
-    def reasons(self, key: str, kind: str, data: Tuple[Any, ...] = ()) -> Reasons:
+    def reasons(self, key: str, kind: str, data: tuple[Any, ...] = ()) -> Reasons:
         """Return why a command is not allowed now; empty if it is."""
 
     def passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
@@ -64,7 +64,7 @@ class RelayedCalls:
         rows = parts.controller.COMMUNICATIONS
         self.keys = frozenset(c.key for c in rows if c.sort in SERVED)
         """Those of the communications that are served."""
-        self._held: Dict[str, _Answer] = {}  # by key, of answers that are not allowed yet
+        self._held: dict[str, _Answer] = {}  # by key, of answers that are not allowed yet
 
     def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
         """Queue what the controller says of a call, see :meth:`.engine.Engine.report`."""

@@ -9,7 +9,7 @@ goal that the caller cancels waits for its answer, too.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, FrozenSet, Optional
+from typing import Any, Callable
 
 from ..core.engine_parts import BoundInput, EngineParts
 from ..core.places import place_of
@@ -28,10 +28,10 @@ class ServedCalls:
     def __init__(
         self,
         parts: EngineParts,
-        after: Callable[[FrozenSet[str], Optional[str]], Any],
-        idle: Callable[[], Optional[str]],
+        after: Callable[[frozenset[str], str | None], Any],
+        idle: Callable[[], str | None],
     ) -> None:
-        self.waiting: Dict[str, WaitingCall] = {}
+        self.waiting: dict[str, WaitingCall] = {}
         """The calls that were accepted and not answered, by the keys of their communications."""
         self._parts = parts
         self._after = after

@@ -37,12 +37,7 @@ from robosc.simulate.bags.bag_files import Bag
 from robosc.simulate.bags.bag_monitoring import BagMonitoring, ShortWay
 from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
-from robosc.simulate.bags.recorded_transforms import (
-    FORMER_TYPE,
-    TOPICS,
-    TYPE,
-    RecordedTransforms,
-)
+from robosc.simulate.bags.recorded_transforms import FORMER_TYPE, TOPICS, TYPE, RecordedTransforms
 from robosc.simulate.bags.recorded_types import demand_type, types_of
 from robosc.simulate.bags.selected_fields import Path as FieldPath
 from robosc.simulate.faults import InvalidLine

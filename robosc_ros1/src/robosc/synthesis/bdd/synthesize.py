@@ -17,11 +17,7 @@ from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
 from robosc.synthesis.bdd.manager import load
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
-from robosc.synthesis.bdd.symbolic_engine import (
-    SymbolicEngine,
-    SymbolicSolution,
-    TooManyNodes,
-)
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution, TooManyNodes
 from robosc.synthesis.formatting import contributors
 from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
 from robosc.synthesis.guards.sum_of_products import TooLarge
