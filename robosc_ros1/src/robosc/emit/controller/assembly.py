@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from robosc import dotted
 from robosc.emit.controller import (
     comments,
     controller_tables,
@@ -155,7 +156,7 @@ class _Builder:
                 )
             ]
             for name in counting_entries(component):
-                _, _, outer = name.partition(".")
+                outer = dotted.inside(name)
                 what = f"entered or left {outer}" if outer else "entered a state"
                 entries = self.attributes.entries[name]
                 attributes.append(template_data.AttributeView(entries, "0", f"how often it {what}"))

@@ -12,7 +12,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from robosc import errors, names
+from robosc import dotted, errors, names
 from robosc.expr import tree, types
 from robosc.expr.traversal import walk
 from robosc.plant.automaton import EventParameter, Plant, StateVariable, VariableKind
@@ -150,8 +150,8 @@ class CifScope:
     def _variable(self, variable: StateVariable) -> CifVariable:
         test = variable.test
         if test is None:
-            component, _, wanted = variable.name.partition(".")
-            wanted = wanted.replace(".", "_").replace(" ", "_")
+            component = dotted.first(variable.name)
+            wanted = dotted.inside(variable.name).replace(".", "_").replace(" ", "_")
             type_ = self.plant.robot.variables[variable.name].type
         else:
             component, wanted, type_ = self._owner(test), _identifier(test.name), test.type

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from robosc import dotted
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.template_data import ControllerContext
 from robosc.emit.package.package_context import CommandsView, HeardView, PackageContext, TopicView
@@ -150,7 +151,7 @@ def monitor_readme(
 
 
 def _modules(*topics: tuple[TopicView, ...]) -> tuple[str, ...]:
-    return tuple(sorted({view.type.rpartition(".")[0] for views in topics for view in views}))
+    return tuple(sorted({dotted.around(view.type) for views in topics for view in views}))
 
 
 def decides_on_reasons(robot: Robot) -> set[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from robosc import errors, remedies, source
+from robosc import dotted, errors, remedies, source
 from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import known_condition, none_of
 from robosc.language.events import EventKind, Kind
@@ -274,7 +274,7 @@ def _report_hidden(
 ) -> None:
     outer, hidden = found
     where = f"all of '{outer}'" if outer else "every state"
-    name = transition.communication.rpartition(".")[2]
+    name = dotted.last(transition.communication)
     report.add(
         "hidden-transition",
         event_spans[transition.span.start, transition.event],

@@ -198,8 +198,8 @@ def _constant(
 
     The value of an object is a dict, that of an array a tuple.
     """
-    word = what.partition(" ")[0]
-    typer = Typer(report, types, None, no_value(f"a {word} cannot depend on a received value"))
+    kind = "constant" if what.startswith("constant") else "parameter"
+    typer = Typer(report, types, None, no_value(f"a {kind} cannot depend on a received value"))
     data = DataTyper(typer, types, report).typed(node, type_, what)
     return None if data is None else _value(data, type_, what, node.span, report)
 

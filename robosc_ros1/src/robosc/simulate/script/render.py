@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
+from robosc import dotted
 from robosc.errors import listing
 from robosc.expr.types import Value
 from robosc.language.events import ACTIVE
@@ -82,7 +83,7 @@ def _state_lines(machine: Machine, style: Style) -> Iterator[str]:
         stage = stage_of(state.components[component])
         variables = [stage] if stage else []
         variables += [
-            f"{key.partition('.')[2]} = {_short(value)}"
+            f"{dotted.inside(key)} = {_short(value)}"
             for key, value in state.variables.items()
             if key.startswith(f"{component}.")
         ]
