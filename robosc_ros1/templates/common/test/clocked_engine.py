@@ -15,9 +15,9 @@ PASSED_ON = [topic for _, topic, _, _ in getattr(TABLES, "inputs", ())]
 HEARD = [*(topic for topic, _, _ in TABLES.publications), *PASSED_ON, "~/events", "~/state", *TOLD]
 """The topics of the node that the player listens to."""
 ENGINES = (
-    ("controller_engine", "commanding", "controller_engine"),
-    ("supervisor_engine", "supervising", "supervisor_engine"),
-    ("listening_engine", "monitoring", "monitor_engine"),
+    ("controller_engine", "core.commanding", "controller_engine"),
+    ("supervisor_engine", "judge.supervising", "supervisor_engine"),
+    ("listening_engine", "judge.monitoring", "monitor_engine"),
 )
 """What the node makes its engine with, by role; the module and the function of the same."""
 LOOK = 0.02
