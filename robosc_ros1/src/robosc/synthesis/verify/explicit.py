@@ -32,6 +32,9 @@ _Work: TypeAlias = tuple[int, Successors, bool, bool]
 the requirements permit it.
 """
 
+_Invariants: TypeAlias = list[tuple[Callable[[PlantState], bool], int]]
+"""Conditions that must hold, each with the number of its requirement."""
+
 # --- the search ----------------------------------------------------------------------------------
 
 
@@ -86,6 +89,8 @@ class ExplicitVerifier:
         guards = {guard.event.identity: guard.expr for guard in supervisor.guards}
         self._conditions = [(e.requirement, guards.get(e.identity)) for e in plant.events]
         self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
+        self._touched: dict[int, _Invariants] = {}
+        """Per first label of an event, what it may come to violate where all held before."""
         self._goals = [_Goal.of(plant, goal) for goal in plant.goals]
         # Uncontrollable events have the first labels, so one comparison identifies them.
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
@@ -96,6 +101,11 @@ class ExplicitVerifier:
             self._labels[event] = len(self._labelled)
             self._labelled += [(event, n) for n in range(len(self._events[event].valuations))]
             labels = range(self._labels[event], len(self._labelled))
+            self._touched[labels.start] = [
+                invariant
+                for invariant, (expr, _) in zip(self._invariants, plant.invariants, strict=True)
+                if not plant.events[event].writes.isdisjoint(support(plant, expr))
+            ]
             if plant.events[event].controllable and len(labels) > 1:
                 self._outcomes.update(dict.fromkeys(labels, labels))
         self._controllable_from = sum(not plant.events[e].controllable for e, _ in self._labelled)
@@ -156,13 +166,16 @@ class ExplicitVerifier:
         codes = [self._coding.encode(state) for state in self._plant.initial_states]
         number = {code: n for n, code in enumerate(codes)}
         graph = CodedGraph(codes, number, len(codes), self._outcomes)
+        concerned = [self._invariants] * len(codes)
         here = 0
         while here < len(graph.codes):
             state = self._coding.decode(graph.codes[here])
-            work = self._work(state)
-            failing = self._failing(state, work)
+            failing = self._violated(state, concerned[here])
             if failing is None:
-                self._add_steps(graph, here, work)
+                work = self._work(state)
+                failing = self._escaping(work)
+            if failing is None:
+                self._add_steps(graph, here, work, concerned)
             else:
                 graph.unsafe[here] = failing
                 graph.allowed.append(0)
@@ -171,7 +184,9 @@ class ExplicitVerifier:
             here += 1
         return graph
 
-    def _add_steps(self, graph: CodedGraph, here: int, work: list[_Work]) -> None:
+    def _add_steps(
+        self, graph: CodedGraph, here: int, work: list[_Work], concerned: list[_Invariants]
+    ) -> None:
         code, allowed = graph.codes[here], 0
         codes, number = graph.codes, graph.number
         for label, successors, free, permitted in work:
@@ -187,15 +202,20 @@ class ExplicitVerifier:
                     target = number.setdefault(after, len(codes))
                     if target == len(codes):
                         codes.append(after)
+                        concerned.append(self._touched[label])
                     graph.targets.append(target)
                     graph.labels.append(label + values if free else ~(label + values))
         graph.allowed.append(allowed)
 
-    def _failing(self, state: PlantState, work: list[_Work]) -> str | None:
-        """Return why a state is unsafe in itself; None if it is safe."""
-        for holds, index in self._invariants:
+    def _violated(self, state: PlantState, concerned: _Invariants) -> str | None:
+        """Return which of some state requirements fails in a state; None if all hold."""
+        for holds, index in concerned:
             if not holds(state):
                 return f"'{self._plant.robot.requirements[index].text}' fails"
+        return None
+
+    def _escaping(self, work: list[_Work]) -> str | None:
+        """Return what may take a variable out of its range; None if nothing may."""
         for label, successors, _, _ in work:
             if successors[-1][1] is None:
                 event = self._plant.events[self._labelled[label][0]]
