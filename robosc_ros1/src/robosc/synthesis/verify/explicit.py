@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
+from operator import and_
 from typing import TypeAlias
 
 from robosc import limits
 from robosc.errors import StateSpaceError
-from robosc.plant.automaton import Plant, PlantGoal, PlantState, VariableKind
+from robosc.plant.automaton import PlantState, VariableKind
 from robosc.plant.support import support
 from robosc.runtime.places import path_of
 from robosc.supervisor import Step, Supervisor
@@ -32,7 +34,8 @@ _Work: TypeAlias = tuple[int, Successors, bool, bool]
 the requirements permit it.
 """
 
-_Invariants: TypeAlias = list[tuple[Callable[[PlantState], bool], int]]
+_Test: TypeAlias = Callable[[PlantState], bool]
+_Invariants: TypeAlias = list[tuple[_Test, int]]
 """Conditions that must hold, each with the number of its requirement."""
 
 # --- the search ----------------------------------------------------------------------------------
@@ -43,14 +46,8 @@ class _Goal:
     """What must remain possible, its conditions compiled."""
 
     text: str
-    condition: Callable[[PlantState], bool]
-    along: Callable[[PlantState], bool]
-    origin: Callable[[PlantState], bool]
-
-    @classmethod
-    def of(cls, plant: Plant, goal: PlantGoal) -> _Goal:
-        text = plant.robot.goals[goal.index].text
-        return cls(text, *(condition(plant, expr) for expr in goal.conditions))
+    tests: tuple[_Test, ...]
+    """What must be reached, what must hold on the way there, and from where."""
 
 
 def _lead(
@@ -91,7 +88,12 @@ class ExplicitVerifier:
         self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
         self._touched: dict[int, _Invariants] = {}
         """Per first label of an event, what it may come to violate where all held before."""
-        self._goals = [_Goal.of(plant, goal) for goal in plant.goals]
+        compiled = cache(partial(condition, plant))
+        self._goals = [
+            _Goal(plant.robot.goals[goal.index].text, tuple(map(compiled, goal.conditions)))
+            for goal in plant.goals
+        ]
+        self._held: dict[_Test, bytearray] = {}
         # Uncontrollable events have the first labels, so one comparison identifies them.
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
         self._labels: dict[int, int] = {}
@@ -147,13 +149,21 @@ class ExplicitVerifier:
         backward = Backward.of(graph)
         keepable = self._keepable(graph, backward)
         reached = Reached.of(graph)
+        # Where nothing is forbidden or lost, both searches for what blocks are the same.
+        forbidding = bool(graph.violations) or min(graph.labels, default=0) < 0
+        again = forbidding or not all(keepable)
         return Findings(
             method="explicit",
             keeps_initial=all(keepable[: graph.starts]),
             safe=self._check_safe(graph, reached),
-            nonblocking=self._check_nonblocking(graph, backward, reached),
+            nonblocking=self._check_nonblocking(graph, backward, reached)
+            if again
+            else Check("nonblocking", True),
             possible=tuple(
-                self._check_possible(goal, graph, backward, reached) for goal in self._goals
+                self._check_possible(goal, graph, backward, reached)
+                if again
+                else Check(possible_check(goal.text), True)
+                for goal in self._goals
             ),
             permissive=self._check_permissive(graph, reached, keepable),
             states=len(reached.order),
@@ -276,11 +286,8 @@ class ExplicitVerifier:
         all its outcomes are ``within``.
         """
         reaching = bytearray(len(within))
-        todo = [
-            number
-            for number, code in enumerate(graph.codes)
-            if within[number] and self._plant.is_marked(self._coding.decode(code))
-        ]
+        marked = self._holding(graph, self._plant.is_marked)
+        todo = [number for number, kept in enumerate(within) if kept and marked[number]]
         for number in todo:
             reaching[number] = 1
         _lead(graph, backward, within, within, forbidden, reaching, todo)
@@ -293,19 +300,24 @@ class ExplicitVerifier:
 
         ``forbidden`` is as above.
         """
-        reaching, along = bytearray(len(within)), bytearray(len(within))
-        wanted, todo = [], []
-        for number, code in enumerate(graph.codes):
-            if within[number]:
-                state = self._coding.decode(code)
-                along[number] = goal.along(state)
-                if goal.condition(state):
-                    reaching[number] = 1
-                    todo.append(number)
-                elif goal.origin(state):
-                    wanted.append(number)
+        there, along, origin = (self._holding(graph, test) for test in goal.tests)
+        reaching = bytearray(map(and_, within, there))
+        todo = [number for number, here in enumerate(reaching) if here]
+        wanted = [n for n, here in enumerate(map(and_, within, origin)) if here and not there[n]]
+        along = bytearray(map(and_, within, along))
         _lead(graph, backward, within, along, forbidden, reaching, todo)
         return [number for number in wanted if not reaching[number]]
+
+    def _holding(self, graph: CodedGraph, test: _Test) -> bytearray:
+        """Return 1 for each state in which a condition of goals, or of marking, holds; else 0."""
+        if not self._held:
+            tests = {self._plant.is_marked, *(t for goal in self._goals for t in goal.tests)}
+            self._held = {one: bytearray() for one in tests}
+            for code in graph.codes:
+                state = self._coding.decode(code)
+                for one, found in self._held.items():
+                    found.append(one(state))
+        return self._held[test]
 
     # --- the properties --------------------------------------------------------------------------
 
