@@ -197,6 +197,12 @@ class Stepper:
             self._tests[condition] = found
         return found
 
+    def every(self, conditions: Iterable[Expr]) -> Test:
+        """Return as a function of the state whether all conditions are true."""
+        text = " and ".join(f"({self._python(condition, {})})" for condition in conditions)
+        test: Test = self._define(f"lambda s: bool({text or True})")
+        return test
+
     def compiled(self, event: int, condition: Expr | None) -> CompiledEvent:
         """Return an event with all its values, restricted to a condition (None: always)."""
         if condition is None or condition == TRUE:

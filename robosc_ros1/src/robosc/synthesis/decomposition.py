@@ -227,6 +227,7 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
         diagnostics=tuple(dict.fromkeys(d for part in empty or parts for d in part.diagnostics)),
         empty=bool(empty),
         step_bound=None if empty else _step_bound(parts),
+        opposite_order=any(part.opposite_order for part in parts),
     )
 
 
