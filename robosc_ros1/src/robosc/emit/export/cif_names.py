@@ -178,8 +178,9 @@ class CifScope:
         found = {part.component for part in parts if isinstance(part, tree.VariableRef)}
         if len(found) > 1:
             raise errors.UsageError(
-                f"CIF has no numbers without bounds, and data of {' and '.join(sorted(found))} are"
-                " compared with each other: convert the received value by an enum, or export as JSON"
+                f"CIF has no numbers without bounds, and data of {' and '.join(sorted(found))}"
+                " are compared with each other: convert the received value by an enum, or export as"
+                " JSON"
             )
         if found:
             return found.pop()
