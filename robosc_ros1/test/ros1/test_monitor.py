@@ -135,9 +135,7 @@ def test_its_own_test_passes(generated_workspace: Workspace) -> None:
     generated_workspace.run("rostest", "gauntlet_monitor", "gauntlet_monitor.test")
 
 
-JUDGED = (
-    "    def is_allowed(self, command: ScheduledCommand, seen: Optional[Seen] = None) -> bool:\n"
-)
+JUDGED = "    def is_allowed(self, command: ScheduledCommand, seen: Seen | None = None) -> bool:\n"
 
 
 def test_its_own_test_finds_what_a_monitor_overlooks(watched_workspace: Workspace) -> None:
