@@ -61,6 +61,8 @@ class GuardRecorder(Recorder):
         cases = set(attempt.cases) | self._complete()
         if attempt.is_allowed and step.event.key in self._overdue:
             self._due[step.event.key] = self.machine.time + self._overdue[step.event.key]
+        if attempt.is_allowed and step.event.kind.sent:
+            self._told_of.discard(step.event.key)
         self._take(step, sample, attempt)
         expected = tuple(self._outcome(step, sample, attempt))
         self._tell(text, expected, assigned, self._stays(step, before, cases), before, cases)

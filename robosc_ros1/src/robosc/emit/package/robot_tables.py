@@ -7,6 +7,7 @@ from typing import Any
 from robosc.emit.package.package import Mode
 from robosc.language.events import EventKind
 from robosc.model.entities import Communication, Robot
+from robosc.plant.event_values import values_read
 
 USUAL = {
     "event_log": "",
@@ -46,9 +47,22 @@ _FIELDS = {
 
 
 def communications_under_test(robot: Robot) -> dict[str, dict[str, Any]]:
-    """By name: the key of a communication, its kind, and by event the field of a plain value."""
+    """By name: the key of a communication, its kind, by event the field of a plain value, and
+    whether the model reads the result of what failed."""
+    errors = [
+        (t.communication, [*(a.value for a in t.assignments), t.guard])
+        for component in robot.components
+        for t in component.transitions
+        if t.event is EventKind.ERROR
+    ]
+    read = {key for key, exprs in errors if values_read(e for e in exprs if e is not None).keys()}
     return {
-        robot.display_names[c.key]: {"key": c.key, "kind": c.kind.value, "fields": _fields(c)}
+        robot.display_names[c.key]: {
+            "key": c.key,
+            "kind": c.kind.value,
+            "fields": _fields(c),
+            "result": c.key in read,
+        }
         for c in robot.communications.values()
     }
 
