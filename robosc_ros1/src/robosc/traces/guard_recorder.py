@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robosc.runtime.values import jsonable
+from robosc.runtime.values import NOW, jsonable
 from robosc.simulate.machines.machine import label
 from robosc.simulate.values.literals import literal_text
 from robosc.traces.attempts import Attempt, attempted
@@ -84,6 +84,7 @@ class GuardRecorder(Recorder):
             told = [
                 f"{path}: {literal_text(value, True)}" if path else literal_text(value, True)
                 for path, value in fields.items()
+                if value != NOW
             ]
             if told and step.event.kind.sent:
                 yield f"data {name} {', '.join(told)}"

@@ -1,4 +1,4 @@
-"""What becomes of values in the fields of messages: some have 32 bits, some take less than a model."""
+"""What becomes of values in the fields of messages: some have 32 bits, some take not all values."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import Any, TypeAlias
 from robosc.expr.traversal import path_text
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
-from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.interfaces import Definition, FieldType, Missing
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
 from robosc.simulate.faults import InvalidLine
 from robosc.traces.samples import Fields
 
+_BUILT_IN = {f"{basic.package}/{basic.type}": basic for basic in BASIC.values()}
 Path: TypeAlias = tuple[str | int, ...]
 _PARTS = {
     EventKind.CALL: (0, "request_field"),
@@ -78,8 +79,11 @@ class KnownFields(Fields):
             binding.package, binding.type, communication.sort.folder
         )
         if isinstance(found, Missing):
-            self.unknown.add(f"{binding.package}/{binding.type}")
-            return None
+            name = f"{binding.package}/{binding.type}"
+            if name not in _BUILT_IN:
+                self.unknown.add(name)
+                return None
+            found = _BUILT_IN[name]
         part = found.parts[min(number, len(found.parts) - 1)]
         return self._base(part, path or getattr(binding, attribute) or "")
 

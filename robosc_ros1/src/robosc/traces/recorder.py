@@ -19,7 +19,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.stages import told_stages
 from robosc.runtime.places import place_of, stage_of, stands_in
 from robosc.runtime.settings import parameter_name
-from robosc.runtime.values import Undefined, jsonable
+from robosc.runtime.values import NOW, Undefined, jsonable
 from robosc.simulate.machines.execute import Execution, read_settings
 from robosc.simulate.machines.machine import Happening, label
 from robosc.simulate.machines.supervised import SupervisedExecution
@@ -417,7 +417,7 @@ class Recorder:
             fields = [
                 f"{path}: {literal_text(v, True)}"
                 for path, v in _leaves(jsonable(data), self._fields.get(name, ""))
-                if "header" not in path.split(".")
+                if "header" not in path.split(".") and v != NOW
             ]
             if fields:
                 yield f"data {name} {', '.join(fields)}"

@@ -50,6 +50,8 @@ BASES = 16
 LENGTHS = (1, 2, 3, 4, 6, 9, 36)
 """Lengths of arrays, one of which may be that of the message."""
 REJECTED = "rejected"
+SHORT = "x"
+"""A text where the usual ones are too long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,16 +208,21 @@ class Samples:
                 outer |= {(*path, n): t for n, t in part.properties if n != "header"}
             elif path[-1:] != ("header",):
                 name = path_text(path)
-                values = _likely(name, list(self._of_type(event, path, part)))
-                found[name] = [v for v in values if self._fits(event, {name: v})] or [None]
+                found[name] = _likely(name, self._fitting(event, path, part)) or [None]
         return found
 
-    def _fits(self, event: Event, raw: Any) -> bool:
-        try:
-            self._known.narrow(event, raw)
-        except InvalidLine:
-            return False
-        return True
+    def _fitting(self, event: Event, path: tuple[Any, ...], type_: Type) -> list[Any]:
+        """The values of a part that fit into its field."""
+
+        def fits(value: Any) -> bool:
+            try:
+                self._known.narrow(event, {path_text(path): value})
+            except InvalidLine:
+                return False
+            return True
+
+        found = list(filter(fits, self._of_type(event, path, type_)))
+        return found or ([SHORT] if isinstance(type_, StringType) else [])
 
     def _of_type(self, event: Event, path: tuple[Any, ...], type_: Type) -> Iterator[Any]:
         while isinstance(type_, EnumType):
@@ -232,8 +239,8 @@ class Samples:
             case ArrayType(element=element):
                 yield from self._arrays(event, path, element)
             case ObjectType(properties=properties):
-                names = [(n, list(self._of_type(event, (*path, n), t))) for n, t in properties]
-                yield from _combined(dict(names))
+                parts = {n: self._fitting(event, (*path, n), t) for n, t in properties}
+                yield from _combined(parts)
 
     # --- numbers of the model ----------------------------------------------------------------
 
@@ -289,7 +296,7 @@ class Samples:
 
     def _strings(self, event: Event, path: tuple[Any, ...]) -> Iterator[str]:
         found = [v for v in self._literals(event, path) if isinstance(v, str)]
-        yield from dict.fromkeys([*found, "other", "x"])
+        yield from dict.fromkeys([*found, "other"])
 
     def _arrays(self, event: Event, path: tuple[Any, ...], element: Type) -> Iterator[Any]:
         """Arrays of equal elements, and those of which one differs."""

@@ -309,7 +309,7 @@ class InputGraph:
         parts, rounded, begun = sample.parts, sample.rounded, state
         if step.event.controllable:
             return self._attempted(state, step, parts)
-        if sample.rejects and state[step.phase or ""] == "cancelling":
+        if sample.rejects and state[f"~{step.event.key}"] == "cancelling":
             return None
         after = step.after(state, parts)
         if after is None and self.steps.refuses(step, state):

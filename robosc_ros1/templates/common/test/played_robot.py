@@ -12,7 +12,7 @@ class PlayedRobot:
     """The connections of the robot; they stay while nodes come and go.
 
     A version of ROS makes them, and has ``plain`` (a message as nested dicts and lists), ``kinds``
-    (the types of its fields, by name), ``fill`` (which sets fields), ``full_name`` (of a server) and
+    (the types of its fields, by name), ``fill`` (which sets them), ``full_name`` (of a server) and
     ``is_heard`` (whether a publisher has a subscriber).
     """
 

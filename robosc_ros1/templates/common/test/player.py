@@ -13,7 +13,7 @@ import unittest
 from collections import defaultdict, deque
 from pathlib import Path
 
-from robot_tables import COMMANDS, COMMUNICATIONS, MEANT, TABLES, USUAL
+from robot_tables import COMMANDS, COMMUNICATIONS, MEANT, RESULTS, TABLES, USUAL
 from scripts import EVENT, SENT, Condition, Fault, part_of, put, read, same, value
 from shown import CASES, INPUTS, NOT_FOUND, REQUIREMENTS, SHOWN, UNKNOWN, UNREACHABLE
 
@@ -132,7 +132,7 @@ class Player:
                 name, kind, parts = _event(step.text)
                 if COMMUNICATIONS[name]["key"] in keys:
                     # Only what is rejected has no result.
-                    lacks = kind == "error" and not parts and COMMUNICATIONS[name]["result"]
+                    lacks = kind == "error" and not parts and COMMUNICATIONS[name]["key"] in RESULTS
                     return lacks or parts.get("reason") == "rejected"
         return False
 

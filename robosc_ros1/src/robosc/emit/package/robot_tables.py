@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from robosc.emit.package.package import Mode
+from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Communication, Robot
 from robosc.plant.event_values import values_read
@@ -47,24 +48,23 @@ _FIELDS = {
 
 
 def communications_under_test(robot: Robot) -> dict[str, dict[str, Any]]:
-    """By name: the key of a communication, its kind, by event the field of a plain value, and
-    whether the model reads the result of what failed."""
-    errors = [
-        (t.communication, [*(a.value for a in t.assignments), t.guard])
-        for component in robot.components
-        for t in component.transitions
-        if t.event is EventKind.ERROR
-    ]
-    read = {key for key, exprs in errors if values_read(e for e in exprs if e is not None).keys()}
+    """By name: the key of a communication, its kind, and by event the field of a plain value."""
     return {
-        robot.display_names[c.key]: {
-            "key": c.key,
-            "kind": c.kind.value,
-            "fields": _fields(c),
-            "result": c.key in read,
-        }
+        robot.display_names[c.key]: {"key": c.key, "kind": c.kind.value, "fields": _fields(c)}
         for c in robot.communications.values()
     }
+
+
+def read_when_failed(robot: Robot) -> list[str]:
+    """The keys of the actions of which the model reads the result of a goal that failed."""
+    found = []
+    for transition in (t for component in robot.components for t in component.transitions):
+        exprs = [a.value for a in transition.assignments]
+        exprs += [] if transition.guard is None else [transition.guard]
+        read = values_read(exprs).values()
+        if transition.event is EventKind.ERROR and not all(isinstance(v, ReasonRef) for v in read):
+            found.append(transition.communication)
+    return sorted(set(found))
 
 
 def _fields(communication: Communication) -> dict[str, str]:
