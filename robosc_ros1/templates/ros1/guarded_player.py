@@ -7,7 +7,7 @@ import threading
 import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
-from robot_tables import PACKAGE, TABLES, TOLD, ros_messages
+from robot_tables import PACKAGE, TABLES, TOLD
 from ros_player import Robot, plain, resolved
 from std_msgs.msg import String
 
@@ -87,7 +87,7 @@ class GuardedRobot(Robot):
             return None
         if key in self._commands:
             publisher, type_ = self._commands[key]
-            message = ros_messages.fill(type_(), fields)
+            message = self.filled(type_(), fields)
             if hasattr(message, "header"):
                 message.header.stamp = self._time
             publisher.publish(message)
@@ -95,14 +95,14 @@ class GuardedRobot(Robot):
         if key in self._callers:
             name, type_ = self._callers[key]
             rospy.wait_for_service(name)
-            request = ros_messages.fill(type_._request_class(), fields)
+            request = self.filled(type_._request_class(), fields)
             threading.Thread(
                 target=self._call_robot, args=(key, name, type_, request), daemon=True
             ).start()
             return plain(request)
         client, type_ = self._clients_of[key]
         client.wait_for_server()
-        goal = ros_messages.fill(type(type_().action_goal.goal)(), fields)
+        goal = self.filled(type(type_().action_goal.goal)(), fields)
         self._handles[key] = client.send_goal(
             goal,
             functools.partial(self._goal_moved, key),

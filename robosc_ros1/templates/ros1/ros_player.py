@@ -3,6 +3,7 @@
 
 import contextlib
 import functools
+import io
 import json
 import subprocess
 import sys
@@ -38,6 +39,16 @@ class Robot(PlayedRobot):
     """The connections of the robot in ROS 1."""
 
     plain, full_name = staticmethod(plain), staticmethod(resolved)
+
+    @staticmethod
+    def kinds(message):
+        return {n.rstrip("_"): k for n, k in zip(message.__slots__, message._slot_types)}
+
+    @staticmethod
+    def fill(message, fields):
+        message = ros_messages.fill(message, fields)
+        message.serialize(io.BytesIO())  # rospy looks only then whether they fit
+        return message
 
     def __init__(self):
         super().__init__()
@@ -107,7 +118,7 @@ class Robot(PlayedRobot):
 
     def publish(self, key, fields):
         publisher, type_ = self._publishers[key]
-        message = ros_messages.fill(type_(), fields)
+        message = self.filled(type_(), fields)
         if hasattr(message, "header") and not fields.get("header"):
             message.header.stamp = self._time
         if key in self._frames:
@@ -118,7 +129,7 @@ class Robot(PlayedRobot):
         if key in self._served:
             name, type_ = self._served[key]
             rospy.wait_for_service(name)
-            request = ros_messages.fill(type_._request_class(), fields)
+            request = self.filled(type_._request_class(), fields)
             threading.Thread(
                 target=self._ask, args=(key, name, type_, request), daemon=True
             ).start()
@@ -127,7 +138,7 @@ class Robot(PlayedRobot):
         if key not in self._clients:
             self._clients[key] = actionlib.ActionClient(name, type_)
         self._clients[key].wait_for_server()
-        goal = ros_messages.fill(type(type_().action_goal.goal)(), fields)
+        goal = self.filled(type(type_().action_goal.goal)(), fields)
         self._goals[key] = self._clients[key].send_goal(
             goal,
             functools.partial(self._moved, key),
@@ -154,7 +165,7 @@ class Robot(PlayedRobot):
         kind, fields = self._asked(keys, request).get()
         if kind == "error":
             raise rospy.ServiceException("the script says so")
-        return ros_messages.fill(type_._response_class(), fields)
+        return self.filled(type_._response_class(), fields)
 
     def _begin(self, keys, handle):
         rejected = self._player is None or self._player.rejects(keys)
@@ -166,17 +177,16 @@ class Robot(PlayedRobot):
     def _cancelled(self, place, _):
         self._arrive(place, None)
 
-    @staticmethod
-    def _act(handle, call, rejected):
+    def _act(self, handle, call, rejected):
         kind = "feedback"
         while kind == "feedback":
             kind, fields = call.get()
             if kind == "feedback":
                 feedback = handle.action_server.ActionFeedback().feedback
-                handle.publish_feedback(ros_messages.fill(feedback, fields))
+                handle.publish_feedback(self.filled(feedback, fields))
         if rejected:
             handle.set_rejected()
             return
         end = {"response": handle.set_succeeded, "cancelled": handle.set_canceled}
-        result = ros_messages.fill(handle.action_server.ActionResultType(), fields)
+        result = self.filled(handle.action_server.ActionResultType(), fields)
         end.get(kind, handle.set_aborted)(result)

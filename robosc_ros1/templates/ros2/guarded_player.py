@@ -8,7 +8,7 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from robot_tables import PACKAGE, TABLES, TOLD, ros_messages, ros_parameters
-from ros_player import Robot, filled, plain, resolved
+from ros_player import Robot, plain, resolved
 from std_msgs.msg import String
 
 SERVED = ("response", "error", "feedback")
@@ -95,20 +95,20 @@ class GuardedRobot(Robot):
             return None
         if key in self._commands:
             publisher, type_ = self._commands[key]
-            message = filled(type_(), fields)
+            message = self.filled(type_(), fields)
             if hasattr(message, "header"):
                 message.header.stamp = self._time
             publisher.publish(message)
             return self._told(type_, message)
         if key in self._callers:
             client = self._callers[key]
-            request = filled(client.srv_type.Request(), fields)
+            request = self.filled(client.srv_type.Request(), fields)
             future = client.call_async(request)
             future.add_done_callback(lambda f: self._end(key, ("response", plain(f.result()))))
             return self._told(client.srv_type.Request, request)
         client = self._clients_of[key]
         self._handles.pop(key, None)
-        goal = filled(client._action_type.Goal(), fields)
+        goal = self.filled(client._action_type.Goal(), fields)
         sent = client.ask(
             lambda: client.send_goal_async(
                 goal, feedback_callback=lambda m: self._arrive((key, "progress"), m.feedback)

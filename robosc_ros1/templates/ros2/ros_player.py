@@ -51,6 +51,14 @@ class Robot(PlayedRobot):
 
     plain = staticmethod(plain)
 
+    @staticmethod
+    def kinds(message):
+        return message.get_fields_and_field_types()
+
+    @staticmethod
+    def fill(message, fields):
+        return ros_messages.sendable(ros_messages.fill(message, fields))
+
     def __init__(self):
         # colcon runs the tests of several packages at once; robots with the same topics would be
         # one. The file is locked until this process ends.
@@ -155,7 +163,7 @@ class Robot(PlayedRobot):
 
     def publish(self, key, fields):
         publisher, type_ = self._publishers[key]
-        message = filled(type_(), fields)
+        message = self.filled(type_(), fields)
         if hasattr(message, "header") and not fields.get("header"):
             message.header.stamp = self._time
         if key in self._frames:
@@ -166,7 +174,7 @@ class Robot(PlayedRobot):
         if key in self._served:
             client = self._served[key]
             client.wait_for_service()
-            future = client.call_async(filled(client.srv_type.Request(), fields))
+            future = client.call_async(self.filled(client.srv_type.Request(), fields))
             future.add_done_callback(
                 lambda future: self._arrive((key, "response"), future.result())
             )
@@ -174,7 +182,7 @@ class Robot(PlayedRobot):
         client = self._served_goals[key]
         self._goals.pop(key, None)  # the one before
         client.wait_for_server()
-        goal = filled(client._action_type.Goal(), fields)
+        goal = self.filled(client._action_type.Goal(), fields)
         sent = client.ask(
             lambda: client.send_goal_async(
                 goal,
@@ -203,7 +211,7 @@ class Robot(PlayedRobot):
 
     def _serve(self, keys, request, response):
         _, fields = self._asked(keys, request).get()
-        return filled(response, fields)  # after an error, that of time, nobody waits for it
+        return self.filled(response, fields)  # after an error, that of time, nobody waits for it
 
     def _server(self, name, type_, keys, group):
         accepted = deque()
@@ -229,19 +237,12 @@ class Robot(PlayedRobot):
             callback_group=group,
         )  # fmt: skip
 
-    @staticmethod
-    def _act(type_, goal, call):
+    def _act(self, type_, goal, call):
         kind = "feedback"
         while kind == "feedback":
             kind, fields = call.get()
             if kind == "feedback":
-                goal.publish_feedback(filled(type_.Feedback(), fields))
+                goal.publish_feedback(self.filled(type_.Feedback(), fields))
         end = {"response": goal.succeed, "cancelled": goal.canceled}
         end.get(kind, goal.abort)()
-        return filled(type_.Result(), fields)
-
-
-def filled(message, fields):
-    """Return a message with these fields."""
-    ros_messages.fill(message, fields)
-    return ros_messages.sendable(message)
+        return self.filled(type_.Result(), fields)

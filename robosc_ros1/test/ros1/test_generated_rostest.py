@@ -21,6 +21,8 @@ CONTROLLERS = (
     "courier_controller",
     "sentry_controller",
     "shared_controller",
+    "probe_controller",
+    "missions_controller",
 )
 OTHERS = (
     "courier_supervisor",

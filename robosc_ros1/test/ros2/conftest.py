@@ -48,10 +48,6 @@ MODELS = {
 }
 
 
-UNTESTED = "untested: [every_out, every_part, primitives_out]\n"
-"""What the mirror sends once whole messages have come, with bounded parts, which no script makes."""
-
-
 @pytest.fixture(scope="session")
 def bed() -> Bed:
     """The test bed; skips where it is not to be had."""
@@ -130,10 +126,8 @@ def _build(bed: Bed, folder: Path) -> None:
     reflector.write_text(reflecting.model(PRIMITIVES_OF_ROS2), encoding="utf-8")
     for mode in ("controller", "supervisor"):
         generate(folder, reflector, "--mode", mode, prefix=known)
-    (folder / "mirror.yaml").write_text(UNTESTED, encoding="utf-8")
     for mode in ("controller", "supervisor", "monitor"):
-        name = ("--package", f"mirror_{mode}", "--config", str(folder / "mirror.yaml"))
-        generate(folder, mirror, "--mode", mode, *name, prefix=known)
+        generate(folder, mirror, "--mode", mode, "--package", f"mirror_{mode}", prefix=known)
     (folder / "managed.yaml").write_text("lifecycle: true\n", encoding="utf-8")
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")

@@ -8,6 +8,7 @@ from typing import Any
 
 from robosc.language.events import EventKind, Kind
 from robosc.runtime.core.values import Undefined
+from robosc.simulate.faults import InvalidLine
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Carried, ExactStep, State, Steps
 
@@ -29,12 +30,15 @@ def attempted(
     steps: Steps, coverage: Coverage, step: ExactStep, state: State, sent: Carried
 ) -> Attempt | None:
     """What becomes of a command that carries ``sent``; None if it is no attempt worth showing: the
-    end of what has not begun, a goal that takes the place of another one, or one that runs though
-    the components have no place for it."""
+    end of what has not begun, a goal that takes the place of another one, one that runs though the
+    components have no place for it, or a correction that does not fit into its field."""
     try:
         made, fields = steps.made(step, state, sent)
+        steps.fields.narrow(step.event, fields)
     except Undefined:
         return Attempt(False, state, frozenset(), {}, None)
+    except InvalidLine:
+        return None
     is_allowed = coverage.allows(step, state, made)
     if step.event.kind is not EventKind.REQUEST:
         if not is_allowed:

@@ -43,7 +43,9 @@ from robosc.plant.automaton import Event, LocalAutomaton, VariableKind
 from robosc.plant.event_values import value_parts
 from robosc.plant.logic import exact
 from robosc.runtime.core.values import Undefined, widen
+from robosc.simulate.faults import InvalidLine
 from robosc.supervisor import Supervisor
+from robosc.traces.samples import Fields
 
 State: TypeAlias = dict[str, Any]
 Carried: TypeAlias = Mapping[Any, Any]
@@ -317,7 +319,7 @@ class Steps:
 
     ``by_time`` are events, by identity, that only time can cause on the robot; ``rates`` are
     parameters of the node. ``follows``: what is forbidden happens, as for a monitor; ``unjudged``
-    are the keys of what that cannot hear or judge.
+    are the keys of what that cannot hear or judge; ``fields`` are those of messages.
     """
 
     def __init__(
@@ -327,8 +329,10 @@ class Steps:
         rates: Mapping[str, float] = MappingProxyType({}),
         follows: bool = False,
         unjudged: Collection[str] = (),
+        fields: Fields | None = None,
     ) -> None:
         self.supervisor = supervisor
+        self.fields = Fields() if fields is None else fields
         self.by_time = frozenset(by_time)
         self.rates = rates
         self.follows = follows
@@ -376,7 +380,7 @@ class Steps:
                 (
                     None if p.condition is None else function(p.condition),
                     p,
-                    _data(p.data),
+                    self._fitting(event, _data(p.data)),
                 )
                 for p in self.robot.provides
                 if event.kind.given and p.communication == event.command
@@ -464,6 +468,30 @@ class Steps:
                 return {**sent, **fields}, {path_text(p): v for p, v in fields.items()}
         return sent, {}
 
+    def demand_fitting(self, key: str, data: Any) -> None:
+        """Demand that the data of a request fit into the fields of its message.
+
+        Raises:
+            Undefined: they do not, so that they cannot be sent.
+        """
+        parts = {path_text(p): v for p, v in _parts(data) if not isinstance(v, dict)}
+        try:
+            self.fields.narrow(self.by_event[EventKind.REQUEST, key, 0].event, parts)
+        except InvalidLine as problem:
+            raise Undefined from problem
+
+    def _fitting(self, event: Event, data: Function) -> Function:
+        """The data of a command, which raises Undefined also if they do not fit."""
+        if event.kind is not EventKind.REQUEST:
+            return data
+
+        def fitting(state: State, carried: Carried) -> Any:
+            found = data(state, carried)
+            self.demand_fitting(event.key, found)
+            return found
+
+        return fitting
+
     def reads_data(self, step: ExactStep) -> bool:
         """Whether what a command carries decides whether it is allowed."""
         demands = [self.robot.requirements[n].condition for n in step.event.requirements]
@@ -513,19 +541,23 @@ class Steps:
                     yield step, state, after
                     state, going_on, limit = after, True, limit - 1
 
-    def settled(self, state: State) -> Iterator[tuple[ExactStep, State, State]]:
-        """Yield all that a controller does by itself in a state, each command once."""
+    def settled(
+        self, state: State, first: ExactStep | None = None
+    ) -> Iterator[tuple[ExactStep, State, State]]:
+        """Yield all that a controller does by itself in a state, each command once; ``first`` is
+        the one whose turn it is."""
         if self.guards_others:
             yield from self.completed(state)
             return
         sent: set[int] = set()
         going_on = True
+        commands = self.commands if first is None else [first, *self.commands]
         while going_on:
             going_on = False
             for taken in self.completed(state):
                 yield taken
                 state = taken[2]
-            for step in self.commands:
+            for step in commands:
                 if step.number in sent or not self.enabled(step, state):
                     continue
                 sent.add(step.number)

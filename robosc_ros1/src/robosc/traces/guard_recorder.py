@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robosc.runtime.core.values import jsonable
+from robosc.runtime.core.values import NOW, jsonable
 from robosc.simulate.machines.machine import label
 from robosc.simulate.values.literals import literal_text
 from robosc.traces.attempts import Attempt, attempted
@@ -61,6 +61,8 @@ class GuardRecorder(Recorder):
         cases = set(attempt.cases) | self._complete()
         if attempt.is_allowed and step.event.key in self._overdue:
             self._due[step.event.key] = self.machine.time + self._overdue[step.event.key]
+        if attempt.is_allowed and step.event.kind.sent:
+            self._told_of.discard(step.event.key)
         self._take(step, sample, attempt)
         expected = tuple(self._outcome(step, sample, attempt))
         self._tell(text, expected, assigned, self._stays(step, before, cases), before, cases)
@@ -82,6 +84,7 @@ class GuardRecorder(Recorder):
             told = [
                 f"{path}: {literal_text(value, True)}" if path else literal_text(value, True)
                 for path, value in fields.items()
+                if value != NOW
             ]
             if told and step.event.kind.sent:
                 yield f"data {name} {', '.join(told)}"

@@ -1,19 +1,23 @@
-"""Which fields have 32 bits, so that numbers do not arrive in them as they were written."""
+"""What becomes of values in the fields of messages: some have 32 bits, some take not all values."""
 
 from __future__ import annotations
 
 import re
 import struct
-from typing import Any
+from typing import Any, TypeAlias
 
+from robosc.expr.traversal import path_text
 from robosc.language.events import EventKind
-from robosc.model.entities import Communication, Robot
-from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.entities import Robot
+from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.interfaces import Definition, FieldType, Missing
 from robosc.plant.automaton import Event
+from robosc.plant.event_values import value_parts
 from robosc.simulate.faults import InvalidLine
-from robosc.traces.samples import Narrow
+from robosc.traces.samples import Fields
 
+_BUILT_IN = {f"{basic.package}/{basic.type}": basic for basic in BASIC.values()}
+Path: TypeAlias = tuple[str | int, ...]
 _PARTS = {
     EventKind.CALL: (0, "request_field"),
     EventKind.REQUEST: (0, "request_field"),
@@ -26,60 +30,94 @@ _PARTS = {
 """By kind of event: the part of a definition that brings its value, and the only field."""
 
 
-def narrowing(robot: Robot, definitions: MessageDefinitions) -> Narrow:
-    """What becomes of a raw value on its way to the node. Fields of unknown types keep it."""
+class KnownFields(Fields):
+    """Fields of messages whose definitions are known; those of others keep what they get."""
 
-    def narrow(event: Event, raw: Any) -> Any:
-        communication = robot.communications.get(event.key)
+    def __init__(self, robot: Robot, definitions: MessageDefinitions) -> None:
+        super().__init__()
+        self._robot, self._definitions = robot, definitions
+        self._types: dict[tuple[Any, str], FieldType | None] = {}
+        self._elements: dict[Any, list[Path]] = {}
+
+    def narrow(self, event: Event, raw: Any) -> Any:
+        if isinstance(raw, dict):
+            return {path: _as_in(v, self._type(event, path)) for path, v in raw.items()}
+        return _as_in(raw, self._type(event, ""))
+
+    def demand_whole(self, event: Event, raw: Any) -> None:
+        if not isinstance(raw, dict) or event.kind.sent:
+            return
+        if event.identity not in self._elements:
+            self._elements[event.identity] = [
+                path for path in value_parts(self._robot, event) if self._arrives(event, path)
+            ]
+        for path in self._elements[event.identity]:
+            if not any(path_text(path[:end]) in raw for end in range(1, len(path) + 1)):
+                raise InvalidLine(f"{path_text(path)} always arrives")
+
+    def _arrives(self, event: Event, path: Path) -> bool:
+        """Whether a part is in arrays of fixed length, and in no others."""
+        places = [(n, step) for n, step in enumerate(path) if isinstance(step, int)]
+        types = [(self._type(event, path_text(path[:n])), step) for n, step in places]
+        lengths = [(None if type_ is None else type_.length, step) for type_, step in types]
+        return bool(places) and all(n is not None and step < n for n, step in lengths)
+
+    def _type(self, event: Event, path: str) -> FieldType | None:
+        """The type of a field, or of the array of which it is an element."""
+        key = event.identity, path
+        if key not in self._types:
+            self._types[key] = self._found(event, path)
+        return self._types[key]
+
+    def _found(self, event: Event, path: str) -> FieldType | None:
+        communication = self._robot.communications.get(event.key)
         if communication is None or event.kind not in _PARTS:
-            return raw
+            return None
         number, attribute = _PARTS[event.kind]
-        found = definitions.interface(
-            communication.binding.package, communication.binding.type, communication.sort.folder
+        binding = communication.binding
+        found = self._definitions.interface(
+            binding.package, binding.type, communication.sort.folder
         )
         if isinstance(found, Missing):
-            return raw
+            name = f"{binding.package}/{binding.type}"
+            if name not in _BUILT_IN:
+                self.unknown.add(name)
+                return None
+            found = _BUILT_IN[name]
         part = found.parts[min(number, len(found.parts) - 1)]
-        return _narrowed(raw, part, _field(communication, attribute), definitions)
+        return self._base(part, path or getattr(binding, attribute) or "")
 
-    return narrow
-
-
-def _field(communication: Communication, attribute: str) -> str:
-    return getattr(communication.binding, attribute) or ""
-
-
-def _narrowed(raw: Any, part: Definition, field: str, definitions: MessageDefinitions) -> Any:
-    if isinstance(raw, dict):
-        return {path: _as_in(v, _base(part, path or field, definitions)) for path, v in raw.items()}
-    return _as_in(raw, _base(part, field, definitions))
-
-
-def _base(part: Definition, path: str, definitions: MessageDefinitions) -> FieldType | None:
-    """The type of a field, or of the array of which it is an element; None if it is not known."""
-    names = re.findall(r"[A-Za-z_]\w*", path)
-    for number, name in enumerate(names):
-        field = part.field(name)
-        if field is None:
-            return None
-        base = str(field.type.base)
-        if number == len(names) - 1:
-            return field.type
-        if base in ("time", "duration"):
-            return FieldType("uint32" if base == "time" else "int32")
-        inner = definitions.fields(field.type.element)
-        if not isinstance(inner, Definition):
-            return None
-        part = inner
-    return None
+    def _base(self, part: Definition, path: str) -> FieldType | None:
+        """The type of a field, or of the array of which it is an element."""
+        names = re.findall(r"[A-Za-z_]\w*", path)
+        for number, name in enumerate(names):
+            field = part.field(name)
+            if field is None:
+                return None
+            base = str(field.type.base)
+            if number == len(names) - 1:
+                return field.type
+            if base in ("time", "duration"):
+                return FieldType("uint32" if base == "time" else "int32")
+            inner = self._definitions.fields(field.type.element)
+            if not isinstance(inner, Definition):
+                self.unknown.add(base)
+                return None
+            part = inner
+        return None
 
 
 def _as_in(value: Any, type_: FieldType | None) -> Any:
-    """A value as it arrives in a field of this type. Raises InvalidLine if it cannot."""
+    """A value as it arrives in a field of this type."""
     if type_ is None:
         return value
-    if isinstance(value, list) and type_.length not in (None, len(value)):
-        raise InvalidLine(f"{len(value)} elements do not fit {type_}")
+    if isinstance(value, list):
+        most = len(value) if type_.most is None else type_.most
+        if type_.length not in (None, len(value)) or len(value) > most:
+            raise InvalidLine(f"{len(value)} elements do not fit {type_}")
+    for text in value if isinstance(value, list) else [value]:
+        if isinstance(text, str) and type_.longest is not None and len(text) > type_.longest:
+            raise InvalidLine(f"{text!r} is longer than {type_.longest}")
     base = {"byte": "int8", "char": "uint8"}.get(type_.base, type_.base)
     if base == "float32":
         return _rounded(value)
@@ -102,4 +140,4 @@ def _rounded(value: Any) -> Any:
     try:
         return float(struct.unpack("f", struct.pack("f", value))[0])
     except OverflowError:
-        return value
+        raise InvalidLine(f"{value} does not fit float32") from None

@@ -19,7 +19,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.stages import told_stages
 from robosc.runtime.core.places import place_of, stage_of, stands_in
 from robosc.runtime.core.settings import parameter_name
-from robosc.runtime.core.values import Undefined, jsonable
+from robosc.runtime.core.values import NOW, Undefined, jsonable
 from robosc.simulate.machines.execute import Execution, read_settings
 from robosc.simulate.machines.machine import Happening, label
 from robosc.simulate.machines.supervised import SupervisedExecution
@@ -102,8 +102,10 @@ class Recorder:
         parameters = self._parameters()
         self.run = ScriptedRun(parameters)
         settings = read_settings(self._robot, parameters)
-        make = SupervisedExecution if steps.guards_others else Execution
-        self.machine: Execution = make(supervisor, settings)
+        if steps.guards_others:
+            self.machine: Execution = SupervisedExecution(supervisor, settings)
+        else:
+            self.machine = Execution(supervisor, settings, steps.demand_fitting)
         self._also: Mapping[Any, Carried] = {}
         """What the other events carry that the latest message is, by identity."""
         self._heard: dict[str, tuple[ExactStep, Sample, float]] = {}
@@ -111,6 +113,8 @@ class Recorder:
 
     def _begin(self, steps: Steps, coverage: Coverage, told: set[Any]) -> None:
         self._told = told
+        self._told_of: set[str] = set()
+        """The actions with feedback on the goal that runs, by key."""
         self._steps = steps
         self._coverage = coverage
         self._robot = steps.robot
@@ -166,9 +170,11 @@ class Recorder:
 
     def _fire(self, step: ExactStep, sample: Sample) -> None:
         event = step.event
-        if not self.machine.can(event, sample.given):
+        if not self.machine.can(event, sample.given) or (sample.rejects and self._runs(event.key)):
             self.is_over = True
             return
+        if event.kind is EventKind.FEEDBACK:
+            self._told_of.add(event.key)
         happened = self.machine.fire(event, sample.given)
         text = f"{label(event)} {sample.text}".strip()
         for key in (event.key, *(other.key for other, _ in sample.also)):
@@ -176,6 +182,10 @@ class Recorder:
                 self._heard[f"~{key}"] = step, sample, self.machine.time
         self._also = {other.identity: parts for other, parts in sample.also}
         self._record(text, step, sample.parts, happened)
+
+    def _runs(self, key: str) -> bool:
+        """Whether a goal is known to have been accepted, so that it cannot be rejected."""
+        return key in self._told_of or self.state[f"~{key}"] == "cancelling"
 
     def beat(self) -> None:
         """Let time pass until a command is repeated, or a clock brings something else, but no
@@ -324,6 +334,8 @@ class Recorder:
                 sent.append((found, data))
         key = found.event.key
         self._due.pop(key, None)
+        if found.event.kind is EventKind.REQUEST:
+            self._told_of.discard(key)
         if found.event.kind is EventKind.REQUEST and key in self._overdue:
             self._due[key] = (happening.time or 0.0) + self._overdue[key]
         after = found.after(self.state, carried)
@@ -405,7 +417,7 @@ class Recorder:
             fields = [
                 f"{path}: {literal_text(v, True)}"
                 for path, v in _leaves(jsonable(data), self._fields.get(name, ""))
-                if "header" not in path.split(".")
+                if "header" not in path.split(".") and v != NOW
             ]
             if fields:
                 yield f"data {name} {', '.join(fields)}"

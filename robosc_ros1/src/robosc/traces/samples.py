@@ -7,10 +7,10 @@ before any enum converts them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any
 
 from robosc.emit.package.config import shared_topics
 from robosc.expr.traversal import path_text, walk
@@ -28,10 +28,10 @@ from robosc.expr.types import (
     domain,
 )
 from robosc.language.events import EventKind, Kind
-from robosc.language.reasons import FAILED, REFUSED
+from robosc.language.reasons import FAILED
 from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
-from robosc.plant.event_values import is_optional, value_parts, value_type
+from robosc.plant.event_values import value_parts, value_type
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.machine import label
 from robosc.simulate.values.event_data import Given, complete, outer_parts, part_given
@@ -49,8 +49,9 @@ BASES = 16
 """So many objects differ in all their parts; others in one from one of these."""
 LENGTHS = (1, 2, 3, 4, 6, 9, 36)
 """Lengths of arrays, one of which may be that of the message."""
-PLAYED = (FAILED, "rejected", REFUSED)
-"""The reasons of errors that a server can be made to cause; time causes ``timeout``."""
+REJECTED = "rejected"
+SHORT = "x"
+"""A text where the usual ones are too long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,24 +64,41 @@ class Sample:
     parts: Mapping[Any, Any]
     raw: Any = None
     rounded: Mapping[Any, Any] | None = None
+    rejects: bool = False
+    """Whether a server rejects a goal: that has no result, where what it ends otherwise has one."""
     also: tuple[tuple[Event, Mapping[Any, Any]], ...] = ()
     """The events that the same message is besides, with the parts that they read."""
 
 
-Narrow: TypeAlias = Callable[[Event, Any], Any]
-"""A raw value as it arrives in the fields of an event's message."""
+class Fields:
+    """What becomes of raw values in the fields of messages: of these nothing is known."""
 
+    def __init__(self) -> None:
+        self.unknown: set[str] = set()
+        """The messages that were asked for, and of which no definition was found."""
 
-def as_it_is(_: Event, raw: Any) -> Any:
-    return raw
+    def narrow(self, event: Event, raw: Any) -> Any:
+        """A value as it arrives in the fields of an event's message.
+
+        Raises:
+            InvalidLine: it does not fit into them.
+        """
+        return raw
+
+    def demand_whole(self, event: Event, raw: Any) -> None:
+        """Demand what always arrives.
+
+        Raises:
+            InvalidLine: the value leaves out an element of an array of fixed length.
+        """
 
 
 class Samples:
     """Values of the inputs of a robot."""
 
-    def __init__(self, robot: Robot, events: Iterable[Event], narrow: Narrow = as_it_is) -> None:
+    def __init__(self, robot: Robot, events: Iterable[Event], fields: Fields | None = None) -> None:
         self.robot = robot
-        self._narrow = narrow
+        self._known = Fields() if fields is None else fields
         self.events = tuple(events)
         self._together: dict[str, list[Event]] = {}
         for _, keys in shared_topics(robot):
@@ -126,7 +144,8 @@ class Samples:
     def _sample(self, event: Event, raw: Any, text: str) -> Sample | None:
         try:
             given = complete(self.robot, event, raw, label(event))
-            narrow = self._narrow(event, raw)
+            narrow = self._known.narrow(event, raw)
+            self._known.demand_whole(event, raw)
             arrived = given if narrow == raw else complete(self.robot, event, narrow, label(event))
             also = []
             for other in self._together.get(event.key, ()) if event.kind.word == "response" else ():
@@ -136,7 +155,16 @@ class Samples:
         except InvalidLine:
             return None
         rounded = None if narrow == raw else self._parts(event, arrived)
-        return Sample(text, given, self._parts(event, given), raw, rounded, tuple(also))
+        rejects = raw == {"reason": REJECTED} or (raw is None and self._has_result(event))
+        return Sample(text, given, self._parts(event, given), raw, rounded, rejects, tuple(also))
+
+    def _has_result(self, event: Event) -> bool:
+        """Whether it is the error of a goal whose result is read."""
+        is_read = not isinstance(value_type(self.robot, event), NoneType)
+        return event.kind is EventKind.ERROR and self._kind(event) is Kind.ACTION and is_read
+
+    def _kind(self, event: Event) -> Kind:
+        return self.robot.communications[event.key].kind
 
     def _parts(self, event: Event, given: Given) -> Mapping[Any, Any]:
         parts = {p.path: part_given(given, p.path, p.type) for p in event.parameters if not p.test}
@@ -149,15 +177,15 @@ class Samples:
     def _raws(self, event: Event) -> Iterator[Any]:
         type_ = value_type(self.robot, event)
         values = [None] if isinstance(type_, NoneType) else list(self._values(event, type_))
-        if is_optional(self.robot, event):
-            values.insert(0, None)
-        if not any(p.path == REASON for p in event.parameters):
+        if event.kind is not EventKind.ERROR:
             yield from values
             return
-        kind = self.robot.communications[event.key].kind
-        for word in PLAYED[:1] if kind is Kind.SERVICE else PLAYED[:2]:
-            for value in values:
-                yield {"reason": word, **({} if value is None else _fields(value))}
+        is_action = self._kind(event) is Kind.ACTION
+        with_reason = any(p.path == REASON for p in event.parameters)
+        for value in values if is_action else [None]:
+            yield {"reason": FAILED, **_fields(value)} if with_reason else value
+        if is_action:
+            yield {"reason": REJECTED} if with_reason else None
 
     def _values(self, event: Event, type_: Type) -> Iterator[Any]:
         if not isinstance(type_, ObjectType):
@@ -180,8 +208,21 @@ class Samples:
                 outer |= {(*path, n): t for n, t in part.properties if n != "header"}
             elif path[-1:] != ("header",):
                 name = path_text(path)
-                found[name] = _likely(name, list(self._of_type(event, path, part)) or [None])
+                found[name] = _likely(name, self._fitting(event, path, part)) or [None]
         return found
+
+    def _fitting(self, event: Event, path: tuple[Any, ...], type_: Type) -> list[Any]:
+        """The values of a part that fit into its field."""
+
+        def fits(value: Any) -> bool:
+            try:
+                self._known.narrow(event, {path_text(path): value})
+            except InvalidLine:
+                return False
+            return True
+
+        found = list(filter(fits, self._of_type(event, path, type_)))
+        return found or ([SHORT] if isinstance(type_, StringType) else [])
 
     def _of_type(self, event: Event, path: tuple[Any, ...], type_: Type) -> Iterator[Any]:
         while isinstance(type_, EnumType):
@@ -198,8 +239,8 @@ class Samples:
             case ArrayType(element=element):
                 yield from self._arrays(event, path, element)
             case ObjectType(properties=properties):
-                names = [(n, list(self._of_type(event, (*path, n), t))) for n, t in properties]
-                yield from _combined(dict(names))
+                parts = {n: self._fitting(event, (*path, n), t) for n, t in properties}
+                yield from _combined(parts)
 
     # --- numbers of the model ----------------------------------------------------------------
 
@@ -335,6 +376,8 @@ def _bounded(raws: Iterable[Any]) -> Iterator[Any]:
 
 
 def _fields(value: Any) -> dict[str, Any]:
+    if value is None:
+        return {}
     return dict(value) if isinstance(value, dict) else {"": value}
 
 

@@ -24,9 +24,9 @@ from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Steps
 from robosc.traces.guard_recorder import GuardRecorder, MonitorRecorder
-from robosc.traces.narrow_fields import narrowing
+from robosc.traces.narrow_fields import KnownFields
 from robosc.traces.recorder import Recorder, ScriptedRun
-from robosc.traces.samples import Narrow, Samples, as_it_is
+from robosc.traces.samples import Fields, Samples
 from robosc.traces.search import Edge, InputGraph, scaled
 from robosc.traces.unreachable import unreachable
 
@@ -67,16 +67,16 @@ class Traces:
 
 def choose(
     supervisor: Supervisor,
-    narrow: Narrow = as_it_is,
+    fields: Fields | None = None,
     by_time: Collection[Any] = (),
     rates: Mapping[str, float] = MappingProxyType({}),
     follows: bool = False,
     unjudged: Collection[str] = (),
 ) -> Traces:
     """Choose the runs of a supervised robot; all else is as in Steps."""
-    steps = Steps(supervisor, by_time, rates, follows, unjudged)
+    steps = Steps(supervisor, by_time, rates, follows, unjudged, fields)
     coverage = Coverage(steps)
-    samples = Samples(steps.robot, [s.event for s in steps.steps], narrow)
+    samples = Samples(steps.robot, [s.event for s in steps.steps], steps.fields)
     search = InputGraph(steps, coverage, samples)
     search.explore()
     wanted = set(search.seen)
@@ -186,7 +186,7 @@ def _forbids(cases: set[Case]) -> bool:
 def chosen(supervisor: Supervisor, model: Path) -> Traces:
     """The runs of the test of a package of ROS 1 without configuration; ``model`` is the file."""
     definitions = MessageDefinitions.for_model(model, ros_version="1")
-    return choose(supervisor, narrowing(supervisor.plant.robot, definitions))
+    return choose(supervisor, KnownFields(supervisor.plant.robot, definitions))
 
 
 def test_files(
@@ -203,8 +203,8 @@ def test_files(
     rates = {n: float(v) for n, v in config.parameters.items() if n.startswith("rate/")}
     follows = mode == "monitor"
     hidden = unheard(configured, file_of(robot.span), target == "ros1") if follows else ()
-    narrow = narrowing(robot, definitions)
-    traces = choose(configured, narrow, by_time, rates, follows, hidden)
+    known = KnownFields(robot, definitions)
+    traces = choose(configured, known, by_time, rates, follows, hidden)
     return files(configured, traces, config.untested)
 
 
@@ -231,6 +231,7 @@ def files(supervisor: Supervisor, traces: Traces, untested: Collection[str]) -> 
         + assignment("REQUIREMENTS", requirement_rows(supervisor, traces))
         + assignment("UNTESTED", [] if follows else _untested(traces, untested))
         + f"SHOWN, CASES, INPUTS = {len(traces.shown)}, {len(traces.cases)}, {traces.inputs}\n"
+        + assignment("UNKNOWN", sorted(traces.coverage.steps.fields.unknown))
         + assignment("UNREACHABLE", [text for c, text in rest if c in traces.proved])
         + assignment("NOT_FOUND", [text for c, text in rest if c not in traces.proved])
     )

@@ -18,7 +18,7 @@ from robosc.emit.supervisor.meant_messages import is_meant, meanings
 from robosc.expr.traversal import walk
 from robosc.expr.tree import VariableRef
 from robosc.expr.types import IntegerType, domain
-from robosc.language.events import Kind
+from robosc.language.events import EventKind, Kind
 from robosc.runtime.core.values import Undefined
 from robosc.traces.attempts import attempted
 from robosc.traces.coverage import Case, Coverage, through
@@ -68,7 +68,9 @@ class InputGraph:
         self.coverage = coverage
         self.seen: set[Case] = set()
         """All cases that some edge shows."""
-        self._commands = {case for case in coverage.cases if case[0] == "sent"}
+        self._by_case = {
+            ("sent", s.number): s for s in steps.commands if ("sent", s.number) in coverage.cases
+        }
         self.tried = 0
         self.failures: Counter[int] = Counter()
         """How often an edge has led elsewhere, since it stands for a class of states."""
@@ -157,7 +159,7 @@ class InputGraph:
                 self._refine(*self._promising.popleft())
             elif not self._expand_next():
                 break
-        if not self._commands <= self.seen:
+        if self._unseen():
             self._explore_pairs()
 
     def _explore_pairs(self) -> None:
@@ -174,7 +176,7 @@ class InputGraph:
             known = len(self._nodes)
             self.expand(node)
             nodes += islice(self._nodes.values(), known, None)
-            if self.tried > most or self._commands <= self.seen:
+            if self.tried > most or not self._unseen():
                 break
 
     def _components(self, state: State) -> list[tuple[str, str]]:
@@ -276,12 +278,15 @@ class InputGraph:
 
     def _try(self, node: Node, step: ExactStep, samples: list[Sample]) -> None:
         known = {(m[0].number, t.number, c) for m, t, c in node.edges}
-        for sample in samples:
+        pending: list[tuple[Sample, ExactStep | None]] = [(sample, None) for sample in samples]
+        for sample, first in pending:
             self.tried += 1
-            found = self.taken(node.state, step, sample)
+            found = self.taken(node.state, step, sample, first)
             if found is None:
                 continue
             state, cases = found
+            # Commands take turns: the one that was sent goes behind all others.
+            pending += [(sample, other) for other in self._passed_over] if first is None else []
             target = self.node(state)
             sort = step.number, target.number, cases
             if sort in known:
@@ -294,14 +299,18 @@ class InputGraph:
                 self._promising.append((node, step, sample))
 
     def taken(
-        self, state: State, step: ExactStep, sample: Sample
+        self, state: State, step: ExactStep, sample: Sample, first: ExactStep | None = None
     ) -> tuple[State, frozenset[Case]] | None:
         """The state after an input and all that follows, and the cases that it shows; None if it is
-        not possible, or if fields of 32 bits make a difference."""
+        not possible, or if fields of 32 bits make a difference. ``first`` is the command whose turn
+        it is."""
         cases: set[Case] = set()
+        self._passed_over: list[ExactStep] = []
         parts, rounded, begun = sample.parts, sample.rounded, state
         if step.event.controllable:
             return self._attempted(state, step, parts)
+        if sample.rejects and state[f"~{step.event.key}"] == "cancelling":
+            return None
         after = step.after(state, parts)
         if after is None and self.steps.refuses(step, state):
             return state, frozenset(self.coverage.of_refused_call(step, state, parts))
@@ -326,11 +335,21 @@ class InputGraph:
         if step.number in self._converted:
             cases.add(("value", step.number, sample.text))
         state = after
-        for taken, before, after in self.steps.settled(state):
+        unseen = [self._by_case[case] for case in self._unseen()]
+        for taken, before, after in self.steps.settled(state, first):
             cases |= self.coverage.of_step(taken, before, taken.carried(before), after)
             state = after
+            if taken.event.kind is not EventKind.TAU:
+                self._passed_over += [
+                    s for s in unseen if s is not taken and self.steps.enabled(s, before)
+                ]
         cases |= self.coverage.of_state(state) | through(step, begun, state)
+        self._passed_over = [s for s in self._passed_over if ("sent", s.number) not in cases]
         return state, frozenset(cases)
+
+    def _unseen(self) -> list[Case]:
+        """The commands that are not sent yet."""
+        return [case for case in self._by_case if case not in self.seen]
 
     def _attempted(
         self, state: State, step: ExactStep, sent: Carried

@@ -3,15 +3,17 @@
 
 import json
 import queue
+import re
 
-from robot_tables import TABLES
+from robot_tables import TABLES, ros_messages
 
 
 class PlayedRobot:
     """The connections of the robot; they stay while nodes come and go.
 
-    A version of ROS makes them, and has ``plain`` (a message as nested dicts and lists),
-    ``full_name`` (of a server) and ``is_heard`` (whether a publisher has a subscriber).
+    A version of ROS makes them, and has ``plain`` (a message as nested dicts and lists), ``kinds``
+    (the types of its fields, by name), ``fill`` (which sets them), ``full_name`` (of a server) and
+    ``is_heard`` (whether a publisher has a subscriber).
     """
 
     attempted, onward, sends = {}, {}, True
@@ -22,6 +24,28 @@ class PlayedRobot:
         self._player = None
         self._publishers, self._frames = {}, {}
         self._servers, self.place = [], {}
+
+    def filled(self, message, fields):
+        """Return a message with these fields. Raises whatever it does where they do not fit."""
+        try:
+            return self.fill(message, self._completed(message, fields))
+        except Exception as error:
+            if self._player is not None:
+                self._player.on_misfit("%s: %s" % (type(message).__name__, error))
+            raise
+
+    def _completed(self, message, fields):
+        """Give arrays of fixed length the elements that nobody has set, as in an empty message."""
+        kinds = self.kinds(message)
+        for name, part in fields.items():
+            kind = kinds.get(name, "")
+            inner = re.search(r"\w+/\w+", kind)
+            if isinstance(part, list) and re.search(r"\[\d+\]$", kind):
+                part += list(self.plain(message)[name])[len(part) :]
+            for one in part if inner and isinstance(part, list) else [part]:
+                if inner and isinstance(one, dict):
+                    self._completed(ros_messages.message_class(inner.group())(), one)
+        return fields
 
     def _arrive(self, place, message):
         if self._player is not None:

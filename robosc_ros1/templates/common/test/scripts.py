@@ -99,7 +99,7 @@ def put(document, path, part):
         else:
             document = document.setdefault(name, inner)
     if isinstance(document, list):
-        document.extend(0 for _ in range(names[-1] + 1 - len(document)))
+        document.extend(type(part)() for _ in range(names[-1] + 1 - len(document)))
     document[names[-1]] = part
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from robosc.emit.package.package import Mode
+from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Communication, Robot
+from robosc.plant.event_values import values_read
 
 USUAL = {
     "event_log": "",
@@ -51,6 +53,18 @@ def communications_under_test(robot: Robot) -> dict[str, dict[str, Any]]:
         robot.display_names[c.key]: {"key": c.key, "kind": c.kind.value, "fields": _fields(c)}
         for c in robot.communications.values()
     }
+
+
+def read_when_failed(robot: Robot) -> list[str]:
+    """The keys of the actions of which the model reads the result of a goal that failed."""
+    found = []
+    for transition in (t for component in robot.components for t in component.transitions):
+        exprs = [a.value for a in transition.assignments]
+        exprs += [] if transition.guard is None else [transition.guard]
+        read = values_read(exprs).values()
+        if transition.event is EventKind.ERROR and not all(isinstance(v, ReasonRef) for v in read):
+            found.append(transition.communication)
+    return sorted(set(found))
 
 
 def _fields(communication: Communication) -> dict[str, str]:

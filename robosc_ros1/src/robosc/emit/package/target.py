@@ -192,8 +192,8 @@ def _robot_module(
     messages = [settings.parameter_name(names[c.key]) for c in outgoing]
     modules = ["ros_messages", "ros_parameters"] if target.has_qos else ["ros_messages"]
     offered = [
-        "COMMANDS", "COMMUNICATIONS", "MEANT", "MESSAGES", "PACKAGE", "PARAMETERS", "TABLES",
-        "TOLD", "USUAL",
+        "COMMANDS", "COMMUNICATIONS", "MEANT", "MESSAGES", "PACKAGE", "PARAMETERS", "RESULTS",
+        "TABLES", "TOLD", "USUAL",
     ]  # fmt: skip
     body = f"\nfrom {context.package} import {', '.join(modules)}\n"
     body += f"from {context.package}.node import TABLES\n\n"
@@ -208,6 +208,7 @@ def _robot_module(
     body += assignment("MEANT", meant_messages.meant(robot) if mode != "controller" else {})
     body += assignment("MESSAGES", messages)
     body += assignment("COMMUNICATIONS", robot_tables.communications_under_test(robot))
+    body += assignment("RESULTS", robot_tables.read_when_failed(robot))
     body += assignment("COMMANDS", robot_tables.commands_under_test(robot))
     return _data_module(
         context.source, "What the test uses of the package, and knows of the robot.", body

@@ -35,13 +35,16 @@ class FieldType:
     """The type of a field: ``base`` is a built-in type or ``package/Type``.
 
     ``length`` is that of an array of fixed length, else None; ``wide`` says that a string is one of
-    wide characters, which is packed in another way.
+    wide characters, which is packed in another way. ``most`` elements may be in an array, and so
+    many characters in each string as ``longest``, which ROS 2 can demand.
     """
 
     base: str
     is_array: bool = False
     length: int | None = None
     wide: bool = False
+    most: int | None = None
+    longest: int | None = None
 
     def __str__(self) -> str:
         if not self.is_array:
@@ -50,7 +53,7 @@ class FieldType:
 
     @property
     def element(self) -> FieldType:
-        return FieldType(self.base, wide=self.wide)
+        return FieldType(self.base, wide=self.wide, longest=self.longest)
 
     @property
     def is_message(self) -> bool:
@@ -98,8 +101,8 @@ class Definition:
         constants: Iterable[tuple[str, Value]] = (),
         doubts: Iterable[str] = (),
     ) -> Definition:
-        """The definition with fields of these names and types, such as ``float64[3]``, and
-        defaults."""
+        """The definition with fields of these names and types, such as ``float64[3]`` or
+        ``string<=8[<=3]``, and defaults."""
         found = tuple(Field(f, _field_type(t), *default) for f, t, *default in fields)
         return cls(name, found, tuple(constants), tuple(doubts))
 
@@ -137,7 +140,10 @@ class Missing:
 
 
 def _field_type(text: str) -> FieldType:
-    base, bracket, length = text.rstrip("]").partition("[")
+    element, bracket, length = text.rstrip("]").partition("[")
+    most = int(length[2:]) if length.startswith("<=") else None
+    fixed = int(length) if length and most is None else None
+    base, _, longest = element.partition("<=")
     wide = base == "wstring"
     base = "string" if wide else base
-    return FieldType(base, bool(bracket), int(length) if length else None, wide)
+    return FieldType(base, bool(bracket), fixed, wide, most, int(longest) if longest else None)

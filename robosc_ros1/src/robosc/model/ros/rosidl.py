@@ -1,6 +1,6 @@
 """Definitions of ROS 2: ``.msg``, ``.srv``, ``.action``, or ``.idl`` where there is only that.
 
-Unlike in ROS 1, fields may have default values, and bounds, which are ignored here; types of the
+Unlike in ROS 1, fields may have default values, and bounds; types of the
 same package have no package name, and there is no ``Header``, ``time`` or ``duration``. Of IDL
 (https://design.ros2.org/articles/idl_interface_definition.html), the subset that ROS 2's own tools
 write is read.
@@ -42,7 +42,7 @@ _BUILT_IN = {
     **{"float64": "float64", "string": "string", "wstring": "wstring"},
 }
 _LINE = re.compile(
-    r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*){0,2})(?:<=\d+)?"
+    r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*){0,2})(?P<longest>(?:<=\d+)?)"
     r"(?:\[(?P<length>\d*|<=\d+)\])?\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)"
 )
 
@@ -107,7 +107,7 @@ def _part(lines: list[tuple[int, str]], package: str, name: str) -> Definition:
             default = read(match["base"], match["rest"], where)
         for part in default if isinstance(default, tuple) else (default,):
             doubts += _out_of_range(match["base"], part, where)
-        fields.append((match["name"], _spelled(base, match["length"]), default))
+        fields.append((match["name"], _spelled(base + match["longest"], match["length"]), default))
     return Definition.of(name, fields, constants, doubts)
 
 
@@ -181,9 +181,7 @@ def _integer(text: str) -> int:
 
 
 def _spelled(base: str, length: str | None) -> str:
-    if length is None:
-        return base
-    return f"{base}[]" if length.startswith("<") else f"{base}[{length}]"
+    return base if length is None else f"{base}[{length}]"
 
 
 # --- .idl ----------------------------------------------------------------------------------------
@@ -197,7 +195,7 @@ _TYPEDEF = re.compile(r"typedef\s+([^;]+?)\s+(\w+\s*(?:\[[^;]*)?);")
 _DECLARATOR = re.compile(r"(\w+)\s*((?:\[\s*\w+\s*\]\s*)*)")
 _CONSTANTS = re.compile(r"module\s+(\w+)_Constants\s*\{([^{}]*)\}")
 _CONSTANT = re.compile(r"const\s+([^;=]+?)\s+(\w+)\s*=\s*([^;]+?)\s*;")
-_SEQUENCE = re.compile(r"sequence\s*<\s*([\w:]+(?:\s*<\s*\d+\s*>)?)\s*(?:,\s*\d+\s*)?>")
+_SEQUENCE = re.compile(r"sequence\s*<\s*([\w:]+(?:\s*<\s*\d+\s*>)?)\s*(?:,\s*(\d+)\s*)?>")
 _IDL_TYPES = {
     "boolean": "bool", "octet": "uint8", "char": "uint8", "wchar": "uint16", "float": "float32",
     "double": "float64", "string": "string", "wstring": "wstring", "short": "int16",
@@ -283,7 +281,7 @@ class _Members:
         self._sizes = {name: size for _, name, size in _CONSTANT.findall(text)}
         self._named = dict.fromkeys(_ENUM.findall(text), "uint32")
         self._named |= {name: f"{package}/{name}" for name, _ in _STRUCT.findall(text)}
-        self._aliases: dict[str, tuple[str, int | None]] = {}
+        self._aliases: dict[str, tuple[str, str | None]] = {}
         for base, declarator in _TYPEDEF.findall(text):
             name, length = self._declared(declarator)
             self._aliases[name] = self._spelled(" ".join(base.split()), length)
@@ -308,20 +306,20 @@ class _Members:
                     text = self._defaults[int(given[1])]
                     where = f"the default of {name}"
                     if length is None:
-                        default = _idl_value(base, text, self._strings, where)
+                        default = _idl_value(base.partition("<")[0], text, self._strings, where)
                     else:
                         default = _idl_elements(
                             str(_idl_value("string", text, self._strings, where))
                         )
-                yield name, _with_length(base, length), default
+                yield name, _spelled(base, length), default
 
-    def _declared(self, text: str) -> tuple[str, int | None]:
+    def _declared(self, text: str) -> tuple[str, str | None]:
         """The name and the number of elements of a declarator such as ``a[3]``."""
         match = _DECLARATOR.fullmatch(text.strip())
         if match is None:
             raise ValueError(f"{text.strip()!r} is no name of a member")
         sizes = re.findall(r"\w+", match[2])
-        return match[1], prod(self._size(size) for size in sizes) if sizes else None
+        return match[1], str(prod(self._size(size) for size in sizes)) if sizes else None
 
     def _size(self, text: str) -> int:
         try:
@@ -329,10 +327,11 @@ class _Members:
         except ValueError:
             raise ValueError(f"the size of an array, {text!r}, is not known") from None
 
-    def _spelled(self, type_: str, length: int | None) -> tuple[str, int | None]:
-        """The type of the elements, and their number: None if it is a single one, -1 if any."""
+    def _spelled(self, type_: str, length: str | None) -> tuple[str, str | None]:
+        """The type of the elements, and their number: None if it is a single one, else as texts of
+        messages have it, ``<=3`` and, for any, nothing."""
         if match := _SEQUENCE.fullmatch(type_):
-            return self._spelled(match[1], None)[0], -1
+            return self._spelled(match[1], None)[0], f"<={match[2]}" if match[2] else ""
         if type_ in self._aliases:
             base, own = self._aliases[type_]
             return base, length if own is None else own
@@ -343,14 +342,10 @@ class _Members:
         return self._named[scope], length
 
 
-def _with_length(base: str, length: int | None) -> str:
-    return base if length is None else f"{base}[{'' if length < 0 else length}]"
-
-
 def _idl_type(text: str) -> str:
-    base = re.sub(r"\s*<.*", "", " ".join(text.split()))
+    base, _, longest = (part.strip() for part in " ".join(text.split()).partition("<"))
     if base in _IDL_TYPES:
-        return _IDL_TYPES[base]
+        return _IDL_TYPES[base] + (f"<={longest.rstrip('> ')}" if longest else "")
     if re.fullmatch(r"u?int(8|16|32|64)", base):
         return base
     scopes = base.strip(":").split("::")

@@ -44,9 +44,10 @@ _Step: TypeAlias = tuple[Event, Given] | float
 
 
 class Clockwork(port.Port):
-    """The clock, and the requests that are open."""
+    """The clock, and the requests that are open; ``check`` raises what sending them would."""
 
-    def __init__(self) -> None:
+    def __init__(self, check: Callable[[str, port.Data], None] = lambda key, data: None) -> None:
+        self._check = check
         self.time = 0.0
         self.open: dict[str, int] = {}
         self.withdrawn: set[int] = set()
@@ -56,8 +57,11 @@ class Clockwork(port.Port):
     def now(self) -> float:
         return self.time
 
+    def check(self, key: str, data: port.Data) -> None:
+        self._check(key, data)
+
     def send(self, key: str, data: port.Data) -> None:
-        """The recorder has it already."""
+        self.check(key, data)  # the recorder has it already
 
     def call(self, key: str, data: port.Data, token: int) -> None:
         self.open[key] = token
@@ -104,8 +108,14 @@ class _Call(port.WaitingCall):
 class Execution:
     """A :class:`~robosc.simulate.machines.machine.Machine` that executes the controller."""
 
-    def __init__(self, supervisor: Supervisor, settings: Settings) -> None:
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        settings: Settings,
+        check: Callable[[str, port.Data], None] = lambda key, data: None,
+    ) -> None:
         self.supervisor = supervisor
+        self._check = check
         self._events = {
             (e.key, e.kind.word): e for e in self.plant.events if not e.kind.of_component
         }
@@ -173,7 +183,7 @@ class Execution:
 
     def _make(self) -> Engine[Any]:
         """The engine, with a clock and a controller in its initial state."""
-        self._clock = Clockwork()
+        self._clock = Clockwork(self._check)
         self._controller = make_controller(self.supervisor)
         read_given(self._controller, self.plant)
         engine = controller_engine(self._controller, self._clock, self._settings, self._clock.now)

@@ -11,6 +11,7 @@ __all__ = [
     "MESSAGES",
     "PACKAGE",
     "PARAMETERS",
+    "RESULTS",
     "TABLES",
     "TOLD",
     "USUAL",
@@ -48,6 +49,7 @@ COMMUNICATIONS = {
     "Right.slip": {"key": "Right.slip", "kind": "outgoing message", "fields": {"response": "data"}},
     "Right.turn": {"key": "Right.turn", "kind": "incoming message", "fields": {"request": "data"}},
 }
+RESULTS = ["Arm.reach"]
 COMMANDS = [
     ("reach", "request"),
     ("reach", "cancel"),

@@ -11,6 +11,7 @@ __all__ = [
     "MESSAGES",
     "PACKAGE",
     "PARAMETERS",
+    "RESULTS",
     "TABLES",
     "TOLD",
     "USUAL",
@@ -41,4 +42,5 @@ COMMUNICATIONS = {
     "kindle": {"key": "Flame.kindle", "kind": "incoming message", "fields": {}},
     "snuff": {"key": "Flame.snuff", "kind": "incoming message", "fields": {"request": "data"}},
 }
+RESULTS = []
 COMMANDS = [("kindle", "request"), ("snuff", "request")]

@@ -17,6 +17,7 @@ REQUIREMENTS = [
 ]
 UNTESTED = []
 SHOWN, CASES, INPUTS = 16, 20, 26
+UNKNOWN = []
 UNREACHABLE = []
 NOT_FOUND = [
     "Flame.tau1 as expected (line 21, to burning): Sky.light = dark, which is false, alone decides",

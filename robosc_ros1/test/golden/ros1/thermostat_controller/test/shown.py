@@ -32,6 +32,7 @@ REQUIREMENTS = [
 ]
 UNTESTED = []
 SHOWN, CASES, INPUTS = 43, 55, 2037
+UNKNOWN = []
 UNREACHABLE = [
     (
         "heat.request, requirement heat needs reading.fresh and (Heater.eager or Sensor.degrees < "

@@ -11,6 +11,7 @@ __all__ = [
     "MESSAGES",
     "PACKAGE",
     "PARAMETERS",
+    "RESULTS",
     "TABLES",
     "TOLD",
     "USUAL",
@@ -48,4 +49,5 @@ COMMUNICATIONS = {
     "rest": {"key": "Heater.rest", "kind": "incoming message", "fields": {}},
     "say": {"key": "Heater.say", "kind": "incoming message", "fields": {"request": "data"}},
 }
+RESULTS = []
 COMMANDS = [("heat", "request"), ("rest", "request"), ("say", "request")]
