@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from families import robot_text
 
-__all__ = ["dining", "lift", "quotas", "ring", "served_copies", "warehouse"]
+__all__ = [
+    "dining", "lift", "quotas", "riders", "ring", "served_copies", "warehouse", "zones",
+    "zones_by_hand",
+]  # fmt: skip
 
 
 def ring(n: int, most: int) -> str:
@@ -108,6 +111,118 @@ def lift(n: int, most: int) -> str:
         for i in range(n)
     ]
     return robot_text("Lift", parts)
+
+
+def riders(n: int, floors: int) -> str:
+    """n robots that ride with one lift, one at a time: its diagram grows in one order only."""
+    moves = "".join(
+        f"  incoming message {name} with type: none\n" for name in ("up", "down", "open", "close")
+    ) + "".join(
+        f"  outgoing message {name} with type: none\n" for name in ("arrived", "opened", "closed")
+    )
+    parts = [
+        f"  component Cabin {{\n{moves}"
+        "    behaviour {\n"
+        f"      variable floor: integer(0..{floors - 1}) = 0\n"
+        "      initial marked state shut {\n"
+        "        on request to up do floor := floor + 1 goto moving\n"
+        "        on request to down do floor := floor - 1 goto moving\n"
+        "        on request to open goto opening\n"
+        "      }\n"
+        "      state moving { on response from arrived goto shut }\n"
+        "      state opening { on response from opened goto free }\n"
+        "      state free { on request to close goto closing }\n"
+        "      state closing { on response from closed goto shut }\n"
+        "    }\n"
+        "  }\n"
+    ]
+    parts += [
+        f"  component Robot{i} {{\n"
+        f"    incoming message enter{i} with type: none\n"
+        f"    incoming message leave{i} with type: none\n"
+        f"    outgoing message inside{i} with type: none\n"
+        f"    outgoing message outside{i} with type: none\n"
+        f"    outgoing message want{i} with type: integer(0..{floors - 1})\n"
+        "    behaviour {\n"
+        f"      variable at: integer(0..{floors - 1}) = {i % floors}\n"
+        f"      variable to: integer(0..{floors - 1}) = {i % floors}\n"
+        f"      on response from want{i} do to := value\n"
+        f"      initial marked state rests {{ on request to enter{i} goto enters }}\n"
+        f"      state enters {{ on response from inside{i} goto rides }}\n"
+        f"      state rides {{ on request to leave{i} do at := Cabin.floor goto leaves }}\n"
+        f"      state leaves {{ on response from outside{i} goto rests }}\n"
+        "    }\n"
+        "  }\n"
+        f"  requirement enter{i} needs Cabin.free and Cabin.floor = Robot{i}.at"
+        f" and Robot{i}.at != Robot{i}.to\n"
+        f"  requirement leave{i} needs Cabin.free and Cabin.floor = Robot{i}.to\n"
+        for i in range(n)
+    ]
+    parts += [
+        f"  requirement never !Robot{i}.rests and !Robot{j}.rests\n"
+        for i in range(n)
+        for j in range(i)
+    ]
+    still = " and ".join(f"!Robot{i}.enters and !Robot{i}.leaves" for i in range(n))
+    return robot_text("Riders", [*parts, f"  requirement close needs {still}\n"])
+
+
+def zones(n: int, z: int) -> str:
+    """n robots on a ring of z zones, each of which holds one: few states of very many."""
+    parts = [
+        f"  component Robot{i} {{\n"
+        f"    incoming message go{i} with type: none\n"
+        f"    outgoing message there{i} with type: none\n"
+        f"    outgoing message failed{i} with type: none\n"
+        "    behaviour {\n"
+        f"      variable zone: integer(0..{z - 1}) = {i}\n"
+        f"      variable next: integer(0..{z - 1}) = {i}\n"
+        "      initial marked state stands {\n"
+        f"        on request to go{i} if zone < {z - 1} do next := zone + 1 goto drives\n"
+        f"        on request to go{i} if zone = {z - 1} do next := 0 goto drives\n"
+        "      }\n"
+        "      state drives {\n"
+        f"        on response from there{i} do zone := next goto stands\n"
+        f"        on response from failed{i} do next := zone goto stands\n"
+        "      }\n"
+        "    }\n"
+        "  }\n"
+        for i in range(n)
+    ]
+    parts += [
+        f"  requirement never Robot{i}.{one} = Robot{j}.{other}\n"
+        for i in range(n)
+        for j in range(i)
+        for one in ("zone", "next")
+        for other in ("zone", "next")
+    ]
+    return robot_text("Zones", parts)
+
+
+def zones_by_hand(n: int, z: int) -> tuple[int, int]:
+    """Return the states and steps of :func:`zones` under control, searched as one would by hand.
+
+    A state is the zone and the next zone of each robot. None is lost to blocking: whoever drives
+    may fail, and then all stand. The messages of one that stands change nothing, but may come.
+    """
+    first = tuple((i, i) for i in range(n))
+    states, left, steps = {first}, [first], 0
+    for state in left:  # appended to below
+        taken = {place for places in state for place in places}
+        for i, (zone, after) in enumerate(state):
+            ahead = (zone + 1) % z
+            if zone != after:
+                moves = [(after, after), (zone, zone)]
+            else:
+                moves = [] if ahead in taken else [(zone, ahead)]
+                steps += 2
+            for move in moves:
+                steps += 1
+                other = (*state[:i], move, *state[i + 1 :])
+                if other not in states:
+                    states.add(other)
+                    left.append(other)
+    return len(states), steps
 
 
 def warehouse(width: int, carts: int) -> str:

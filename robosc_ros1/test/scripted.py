@@ -26,11 +26,11 @@ from ros_support import EXAMPLES, REPOSITORY, await_condition
 from robosc import pipeline
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
-from robosc.runtime.calls import Failure
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.port import Port
-from robosc.runtime.settings import Settings
-from robosc.runtime.telemetry import dump, event_document
+from robosc.runtime.core.calls import Failure
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.port import Port
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.telemetry import dump, event_document
 from robosc.supervisor import Supervisor
 
 __all__ = ["SCENES", "SLOW", "Scene", "Script", "Side", "Step", "drawn", "play", "supervisor_of"]

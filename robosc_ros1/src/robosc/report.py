@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from robosc import errors, supervisor
 from robosc.plant import automaton, model_text
-from robosc.runtime.places import place_of, stage_of
+from robosc.runtime.core.places import place_of, stage_of
 from robosc.synthesis import formatting
 
 if TYPE_CHECKING:

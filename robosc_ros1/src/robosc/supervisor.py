@@ -71,7 +71,8 @@ class Supervisor:
     ``properties`` are the controller properties by name; ``seconds`` is the synthesis alone.
     ``empty``: not even the initial state can be kept; then all guards are FALSE and counts 0.
     ``step_bound`` is how many internal transitions can follow one event at the most;
-    None if that is unknown or without end.
+    None if that is unknown or without end. ``opposite_order`` is whether the symbolic engine had to
+    turn the order of its variables round, so that another symbolic search need not try the first.
     """
 
     plant: Plant
@@ -86,6 +87,7 @@ class Supervisor:
     diagnostics: tuple[errors.Diagnostic, ...] = ()
     empty: bool = False
     step_bound: int | None = None
+    opposite_order: bool = False
 
     @cached_property
     def part_names(self) -> PartNames:

@@ -10,9 +10,9 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 from std_msgs.msg import String
 
-from ._runtime.judge import JudgingPort
-from ._runtime.matching import command_patterns
-from ._runtime.observation import SeenAction
+from ._runtime.judge.judge import JudgingPort
+from ._runtime.judge.matching import command_patterns
+from ._runtime.judge.observation import SeenAction
 from .ros import RosPort
 from .ros_arriving import corrected, maker
 from .ros_backlog import BACKLOG

@@ -12,8 +12,8 @@ import rospy
 from rospy.msg import AnyMsg
 from std_msgs.msg import String
 
-from ._runtime.judge import JudgingPort
-from ._runtime.matching import command_patterns
+from ._runtime.judge.judge import JudgingPort
+from ._runtime.judge.matching import command_patterns
 from .ros import RosPort
 from .ros_arriving import corrected, maker
 from .ros_raw import packed, passed_on, raw_subscriber, read

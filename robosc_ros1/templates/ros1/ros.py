@@ -16,7 +16,7 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from ._runtime.port import BEFORE_TIME, NotTaken, steady_time
+from ._runtime.core.port import BEFORE_TIME, NotTaken, steady_time
 from .ros_backlog import BACKLOG
 from .ros_connections import AT_ONCE, is_taken
 from .ros_messages import clean, compose

@@ -15,7 +15,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from ._runtime.port import NotTaken
+from ._runtime.core.port import NotTaken
 from .ros_backlog import BACKLOG
 from .ros_calls import Seeker
 from .ros_connections import is_taken, queue_nothing

@@ -21,7 +21,7 @@ import rospy
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.msg import serialize_message
 
-from ._runtime.port import NotTaken
+from ._runtime.core.port import NotTaken
 from .ros_messages import compose
 from .ros_port import Caller
 from .ros_watch import Refused, ask

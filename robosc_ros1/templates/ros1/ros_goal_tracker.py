@@ -6,7 +6,7 @@ import time
 import actionlib
 from actionlib_msgs.msg import GoalStatus
 
-from ._runtime.calls import FAILED, LOST, REJECTED, Failure
+from ._runtime.core.calls import FAILED, LOST, REJECTED, Failure
 
 RESULT_TIMEOUT = 2.0
 """Seconds after the status shows the end of a goal, after which its result counts as lost."""

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import rospy
 from roslib.message import get_message_class as message_class
 
-from ._runtime.values import NOW, fields_of, only_field
+from ._runtime.core.values import NOW, fields_of, only_field
 from .ros_headers import Headers
 
 _HEADERS = Headers(lambda kind: zip(kind.__slots__, kind._slot_types), message_class)

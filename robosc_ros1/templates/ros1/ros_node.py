@@ -11,9 +11,9 @@ import rosgraph
 import rospy
 import yaml
 
-from ._runtime.settings import ParameterError, flatten, private, read
-from ._runtime.shortening import excerpt
-from ._runtime.telemetry import Reporter
+from ._runtime.core.settings import ParameterError, flatten, private, read
+from ._runtime.core.shortening import excerpt
+from ._runtime.core.telemetry import Reporter
 from .ros import RosOutlet
 from .ros_backlog import watch_connections
 from .ros_connections import send_promptly

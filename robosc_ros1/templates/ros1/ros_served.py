@@ -9,7 +9,7 @@ import threading
 
 import rospy
 
-from ._runtime.port import WaitingCall
+from ._runtime.core.port import WaitingCall
 from .ros_messages import compose
 
 PERIOD = 0.5

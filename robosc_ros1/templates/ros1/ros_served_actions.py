@@ -14,7 +14,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 
-from ._runtime.port import WaitingCall
+from ._runtime.core.port import WaitingCall
 from .ros_messages import compose
 
 CANCELLED = (GoalStatus.PREEMPTING, GoalStatus.RECALLING)

@@ -7,7 +7,7 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
-from ._runtime.transforms import HeardTransforms
+from ._runtime.core.transforms import HeardTransforms
 
 
 class RosTransforms:

@@ -16,7 +16,7 @@ import rosgraph
 import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 
-from ._runtime.connections import ConnectionWatch
+from ._runtime.core.connections import ConnectionWatch
 
 PERIOD = 1.0
 """Seconds between two checks of the master."""

@@ -8,9 +8,9 @@ their data nor their results. Services cannot be heard.
 from action_msgs.msg import GoalStatusArray
 from std_msgs.msg import String
 
-from ._runtime.judge import JudgingPort
-from ._runtime.matching import command_patterns
-from ._runtime.observation import SeenActionOfRos2
+from ._runtime.judge.judge import JudgingPort
+from ._runtime.judge.matching import command_patterns
+from ._runtime.judge.observation import SeenActionOfRos2
 from .ros import RosPort
 from .ros_arriving import corrected, maker
 from .ros_messages import has_oddities, plain

@@ -16,8 +16,8 @@ from rclpy.serialization import serialize_message
 from rclpy.task import Future
 from std_msgs.msg import String
 
-from ._runtime.judge import JudgingPort
-from ._runtime.matching import command_patterns
+from ._runtime.judge.judge import JudgingPort
+from ._runtime.judge.matching import command_patterns
 from .ros import RosPort
 from .ros_arriving import corrected, maker, read, unread
 from .ros_messages import plain, sendable

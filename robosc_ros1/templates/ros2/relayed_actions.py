@@ -8,7 +8,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.task import Future
 
-from ._runtime.port import NotTaken
+from ._runtime.core.port import NotTaken
 from .ros_actions import Action, Goal
 from .ros_arriving import unread
 from .ros_messages import plain

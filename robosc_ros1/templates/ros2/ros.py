@@ -12,8 +12,8 @@ from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
 from std_msgs.msg import String
 
-from ._runtime.pauses import others_rest
-from ._runtime.port import BEFORE_TIME, steady_time
+from ._runtime.core.pauses import others_rest
+from ._runtime.core.port import BEFORE_TIME, steady_time
 from .ros_arriving import read
 from .ros_inputs import Input
 from .ros_messages import compose, has_oddities, may_be_heavy, plain

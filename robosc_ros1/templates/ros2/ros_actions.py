@@ -17,8 +17,8 @@ from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
 from unique_identifier_msgs.msg import UUID
 
-from ._runtime.calls import FAILED, LOST, REJECTED, Failure
-from ._runtime.port import NotTaken
+from ._runtime.core.calls import FAILED, LOST, REJECTED, Failure
+from ._runtime.core.port import NotTaken
 from .ros_messages import compose, plain
 from .ros_parameters import qos_profile
 from .ros_port import FOREIGN, Caller

@@ -5,7 +5,7 @@ import copy
 
 from rclpy.serialization import deserialize_message, serialize_message
 
-from ._runtime.values import copied_for
+from ._runtime.core.values import copied_for
 from .ros_messages import fill, has_oddities, plain, sendable, timed
 
 

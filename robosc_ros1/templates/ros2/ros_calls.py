@@ -4,7 +4,7 @@
 Requests are sent in the thread that has the engine's turn; the executor's thread takes the answers.
 """
 
-from ._runtime.port import NotTaken
+from ._runtime.core.port import NotTaken
 from .ros_messages import compose, plain
 from .ros_port import Caller
 

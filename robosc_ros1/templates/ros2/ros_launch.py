@@ -11,10 +11,10 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from ._runtime.launch_arguments import described, launch_arguments
-from ._runtime.qos import qos_parameters
-from ._runtime.settings import Parameter, declared, dotted
-from ._runtime.shapes import parts_by_name
+from ._runtime.core.launch_arguments import described, launch_arguments
+from ._runtime.core.qos import qos_parameters
+from ._runtime.core.settings import Parameter, declared, dotted
+from ._runtime.core.shapes import parts_by_name
 
 _SIM_TIME = Parameter(
     "use_sim_time", "boolean", False, "follow /clock instead of the machine's clock"

@@ -10,8 +10,8 @@ import traceback
 
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
-from ._runtime.operating import INACTIVE
-from ._runtime.settings import ParameterError
+from ._runtime.core.operating import INACTIVE
+from ._runtime.core.settings import ParameterError
 from .ros_executor import ExecutorThread
 from .ros_node import Work, begin, end
 from .ros_parameters import GivenParameters

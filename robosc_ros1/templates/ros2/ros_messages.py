@@ -8,7 +8,7 @@ import re
 import struct
 import sys
 
-from ._runtime.values import NOW, fields_of, only_field
+from ._runtime.core.values import NOW, fields_of, only_field
 from .ros_headers import Headers
 
 

@@ -7,8 +7,8 @@ import threading
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from ._runtime.settings import ParameterError
-from ._runtime.telemetry import Reporter
+from ._runtime.core.settings import ParameterError
+from ._runtime.core.telemetry import Reporter
 from .ros import RosOutlet
 from .ros_executor import ExecutorThread
 from .ros_parameters import ParameterizedNode, configured

@@ -24,15 +24,7 @@ from played_robot import PlayedRobot, as_link, parameters_of_node
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
-from robot_tables import (
-    MESSAGES,
-    PACKAGE,
-    PARAMETERS,
-    TABLES,
-    USUAL,
-    ros_messages,
-    ros_parameters,
-)
+from robot_tables import MESSAGES, PACKAGE, PARAMETERS, TABLES, USUAL, ros_messages, ros_parameters
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 

@@ -15,7 +15,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent
 from rclpy.callback_groups import ReentrantCallbackGroup
 
-from ._runtime.port import WaitingCall
+from ._runtime.core.port import WaitingCall
 from .ros_messages import compose, has_oddities, plain
 from .ros_served import explained
 

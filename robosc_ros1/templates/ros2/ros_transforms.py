@@ -6,7 +6,7 @@ from functools import partial
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
-from ._runtime.transforms import HeardTransforms
+from ._runtime.core.transforms import HeardTransforms
 from .ros_parameters import qos_profile
 from .ros_watch import full_names
 

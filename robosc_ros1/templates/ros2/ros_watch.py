@@ -9,7 +9,7 @@ import time
 
 from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
 
-from ._runtime.connections import ConnectionWatch
+from ._runtime.core.connections import ConnectionWatch
 from .ros_parameters import is_simulated
 
 PERIOD = 3.0

@@ -12,7 +12,7 @@ from typing import Any
 from bench.runtime_bench import NullPort
 from emit.generated_code import controller_class, supervisor_of
 
-from robosc.runtime.commanding import controller_engine
+from robosc.runtime.core.commanding import controller_engine
 
 __all__ = ["main"]
 

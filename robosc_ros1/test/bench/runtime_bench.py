@@ -17,11 +17,11 @@ from emit.generated_code import controller_class
 from ros_support import EXAMPLES
 
 from robosc import pipeline
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.engine import Engine
-from robosc.runtime.model import After, Command, Communication, Controller, Input
-from robosc.runtime.port import Port
-from robosc.runtime.settings import read
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.model import After, Command, Communication, Controller, Input
+from robosc.runtime.core.port import Port
+from robosc.runtime.core.settings import read
 
 __all__ = ["main"]
 

@@ -22,9 +22,9 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from robosc.runtime.model import Command, Controller, Input
-from robosc.runtime.reasons import blocked_by
-from robosc.runtime.values import Mismatch, Undefined
+from robosc.runtime.core.model import Command, Controller, Input
+from robosc.runtime.core.reasons import blocked_by
+from robosc.runtime.core.values import Mismatch, Undefined
 
 __all__ = ["Comparison", "Recording", "compare"]
 

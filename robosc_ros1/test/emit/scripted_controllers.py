@@ -13,8 +13,8 @@ import pytest
 from emit.generated_code import controller_source
 
 from robosc.plant.automaton import Plant
-from robosc.runtime.model import Controller
-from robosc.runtime.places import stands_in
+from robosc.runtime.core.model import Controller
+from robosc.runtime.core.places import stands_in
 from robosc.simulate.faults import LineFault
 from robosc.simulate.machines import execute, generated
 from robosc.simulate.script.session import Session

@@ -15,7 +15,7 @@ from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, EventParameter, PlantState, StateVariable, VariableKind
 from robosc.plant.data.terms import value_of
 from robosc.plant.step import Verdict, holds, outcome
-from robosc.runtime.values import Mismatch
+from robosc.runtime.core.values import Mismatch
 from robosc.simulate.start import supervisor_with
 from robosc.supervisor import Supervisor
 

@@ -10,7 +10,7 @@ from emit.scripted_controllers import faults_of
 from runtime.lamp_robot import PlayedPort
 
 from robosc.plant.acceptance import gates_of
-from robosc.runtime.commanding import controller_engine
+from robosc.runtime.core.commanding import controller_engine
 
 MODEL = """
 robot Lifter {

@@ -290,7 +290,7 @@ def test_data_that_cif_has_no_place_for() -> None:
         {more}
     }}"""
     more = "requirement go needs A.x < B.y"
-    reason = "'compare(A.x, B.y)' compares data of several components"
+    reason = "data of A and B are compared with each other"
     with pytest.raises(UsageError, match=re.escape(reason)):
         cif_plant(lower(robot_of(two.format(more=more))))
 

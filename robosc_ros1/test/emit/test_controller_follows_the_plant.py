@@ -32,11 +32,11 @@ from robosc.language.events import EventKind
 from robosc.plant import part_names
 from robosc.plant.automaton import Event, Plant, PlantState, StateVariable, VariableKind
 from robosc.plant.step import Verdict, holds, outcome, valuations
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.model import Command
-from robosc.runtime.reasons import blocked_by
-from robosc.runtime.settings import Settings
-from robosc.runtime.values import Mismatch
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.model import Command
+from robosc.runtime.core.reasons import blocked_by
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.values import Mismatch
 from robosc.simulate.machines.reasons import reasons
 from robosc.simulate.machines.state import state_of
 

@@ -13,7 +13,7 @@ from robosc import pipeline
 from robosc.emit.package import ros1_target, ros2_target
 from robosc.emit.package.config import Config, declared_communications, declared_parameters
 from robosc.errors import UsageError
-from robosc.runtime.settings import ParameterError, Settings, read
+from robosc.runtime.core.settings import ParameterError, Settings, read
 from robosc.supervisor import Supervisor
 
 DEFAULTS = {

@@ -8,9 +8,9 @@ from typing import Any
 from emit.generated_code import controller_class, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.port import WaitingCall
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.port import WaitingCall
+from robosc.runtime.core.settings import Settings
 
 MODEL = """
 robot Cart {

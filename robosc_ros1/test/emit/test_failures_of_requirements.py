@@ -15,8 +15,8 @@ from random_models import random_model
 from ros_support import EXAMPLES
 
 from robosc import pipeline
-from robosc.runtime.reasons import violated
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.reasons import violated
+from robosc.runtime.core.values import Undefined
 
 MODELS = [m for m in sorted(EXAMPLES.rglob("*.rscd")) if re.search(r"^robot ", m.read_text(), re.M)]
 NUMBERS = [-1.0, 0.0, 0.05, 0.15, 0.3, 0.5, 1.0, 5.0, 100.0, math.inf, math.nan]

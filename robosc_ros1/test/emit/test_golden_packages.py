@@ -82,7 +82,7 @@ def test_the_runtime_is_copied_as_it_is(model: str, target: str, mode: str) -> N
     copies = {path: file for path, file in files.items() if "/_runtime/" in path}
     assert copies
     for path, copy in copies.items():
-        source = RUNTIME / path.rpartition("/")[2]
+        source = RUNTIME / path.partition("/_runtime/")[2]
         assert copy.content == source.read_text(encoding="utf-8"), path
 
 

@@ -10,7 +10,7 @@ import pytest
 from emit.generated_code import controller_class, supervisor_of
 
 from robosc.cli import main
-from robosc.runtime.telemetry import dump
+from robosc.runtime.core.telemetry import dump
 
 MODEL = """
 robot Growing {

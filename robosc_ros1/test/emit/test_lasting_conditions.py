@@ -14,7 +14,7 @@ from emit.test_controller_follows_the_plant import Twin, walk_through
 
 from robosc.model.resolve import load
 from robosc.plant.model_text import to_dsl
-from robosc.runtime.model import Controller
+from robosc.runtime.core.model import Controller
 from robosc.source import Source
 
 MODEL = """

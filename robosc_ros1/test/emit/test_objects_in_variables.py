@@ -15,9 +15,9 @@ from runtime.schemas import validate
 from simulate.players import session
 
 from robosc.emit.package.model_document import model_document
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.telemetry import dump, event_document, state_document
-from robosc.runtime.values import NOW, demand_finite, fields_of, jsonable, not_finite
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.telemetry import dump, event_document, state_document
+from robosc.runtime.core.values import NOW, demand_finite, fields_of, jsonable, not_finite
 from robosc.simulate.script.documents import done_document
 
 MODEL = """

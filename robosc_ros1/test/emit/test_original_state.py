@@ -7,7 +7,7 @@ from typing import Any
 from emit.generated_code import supervisor_of
 
 from robosc.emit.package.model_document import model_document
-from robosc.runtime.original_state import OriginalState
+from robosc.runtime.core.original_state import OriginalState
 
 MODEL = """
 robot Cart {

@@ -92,7 +92,7 @@ def test_only_what_the_code_uses_is_imported() -> None:
     """Not what a comment says: a requirement's text has words that the runtime has, too."""
     source = controller_source(supervisor_of(GOAL))
     assert "defined(" in source
-    assert "from ._runtime.functions import is_so\n" in source
+    assert "from ._runtime.core.functions import is_so\n" in source
 
 
 @pytest.mark.parametrize("target", TARGETS)

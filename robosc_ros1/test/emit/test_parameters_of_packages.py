@@ -16,8 +16,8 @@ from robosc.emit.package import ros1_target, ros2_target
 from robosc.emit.package.config import Config, declared_communications
 from robosc.emit.package.package import Package
 from robosc.emit.write.writer import write
-from robosc.runtime import settings
-from robosc.runtime.qos import qos_parameters
+from robosc.runtime.core import settings
+from robosc.runtime.core.qos import qos_parameters
 from robosc.supervisor import Supervisor
 
 EMITTERS = {"ros1": ros1_target.emit, "ros2": ros2_target.emit}

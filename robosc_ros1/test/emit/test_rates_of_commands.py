@@ -10,8 +10,8 @@ from emit.generated_code import controller_class, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
 from robosc.emit.package.config import declared_communications
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.settings import read
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.settings import read
 
 MODEL = """
 robot House {

@@ -11,10 +11,10 @@ from runtime.lamp_robot import PlayedPort
 from runtime.test_supervisor_engine import GuardedPort
 
 from robosc.emit.package.config import declared_communications
-from robosc.runtime.calls import REJECTED, Failure
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.settings import read
-from robosc.runtime.supervising import supervisor_engine
+from robosc.runtime.core.calls import REJECTED, Failure
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.settings import read
+from robosc.runtime.judge.supervising import supervisor_engine
 
 MODEL = """
 robot Rover {

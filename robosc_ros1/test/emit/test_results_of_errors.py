@@ -15,8 +15,8 @@ from runtime.lamp_robot import PlayedPort
 from simulate.players import play, session
 
 from robosc.model.resolve import load
-from robosc.runtime.calls import Failure
-from robosc.runtime.commanding import controller_engine
+from robosc.runtime.core.calls import Failure
+from robosc.runtime.core.commanding import controller_engine
 from robosc.simulate.replay import replay
 from robosc.source import Source
 

@@ -12,66 +12,65 @@ from emit.golden_packages import PACKAGES, package_of
 
 from robosc.emit.package.package import File
 
-ALL = {"__init__", "calls", "clocks", "run_to_completion", "deadlines", "effects", "engine", "engine_parts", "role", "eventlog", "gate", "heavy", "inbox", "input_events", "intake", "model", "open_requests", "original_state", "pauses", "places", "port", "reasons", "recorder", "requests",
-       "operating", "parameter_values", "scheduler", "settings", "shapes", "shortening", "snapshots", "telemetry", "time_monitor", "connections", "engine_queue", "value_topics", "values"}  # fmt: skip
-JUDGES = {"judge", "matching", "offers", "sight", "unseen"}
-MONITOR = JUDGES | {
-    "ages",
-    "allowances",
+ALL = {
+    "__init__", *(f"core/{name}" for name in (
+        "__init__", "calls", "clocks", "connections", "engine", "engine_parts", "gate", "inbox", "intake",
+        "model", "operating", "original_state", "pauses", "places", "port", "reasons", "recorder",
+        "requests", "scheduler", "settings", "shapes", "shortening", "telemetry", "values",
+    ))
+}  # fmt: skip
+JUDGES = {f"judge/{name}" for name in ("__init__", "judge", "matching", "sight")}
+OF_MONITORS = (
     "crossings",
     "findings",
     "gathering",
-    "invariants",
-    "lateness",
     "monitoring",
     "observation",
-    "orderings",
-    "pending",
     "seen",
-    "seen_goals",
     "shadowing",
-    "verdicts",
-}
+)
 MODES = {
-    "controller": {"commanding", "sending"},
-    "supervisor": {"supervising", "sending"} | JUDGES,
-    "monitor": MONITOR,
+    "controller": {"core/commanding", "core/sending"},
+    "supervisor": {"judge/supervising", "core/sending"} | JUDGES,
+    "monitor": {"core/ages", *(f"judge/{name}" for name in OF_MONITORS)} | JUDGES,
 }
-OF_ROS_2 = {"launch_arguments", "qos"}
+OF_ROS_2 = {"core/launch_arguments", "core/qos"}
 
 
 def of_model(files: Mapping[str, File], mode: str) -> set[str]:
     """The modules that the tables of a controller ask for."""
     source = next(file.content for path, file in files.items() if path.endswith("controller.py"))
-    served = {"served"} | ({"relayed_calls"} if mode == "supervisor" else set())
+    answers = "outgoing service" in source or "outgoing action" in source
+    served = ("__init__", "served_calls", *(["relayed_calls"] if mode == "supervisor" else []))
     return {
-        *({"functions"} if "_runtime.functions import" in source else ()),
-        *({"internal_transitions"} if "        Tau(" in source else ()),
-        *({"ages"} if "max_age=" in source else ()),
-        *(served if "outgoing service" in source or "outgoing action" in source else ()),
-    } - ({"served"} if mode == "monitor" else set())
+        *({"core/functions"} if "_runtime.core.functions import" in source else ()),
+        *({"core/internal_transitions"} if "        Tau(" in source else ()),
+        *({"core/ages"} if "max_age=" in source else ()),
+        *(f"served/{name}" for name in served if answers and mode != "monitor"),
+    }
 
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_modules_of_the_runtime(model: str, target: str, mode: str) -> None:
     files = package_of(model, target, mode).files
-    paths = [path.rpartition("_runtime/") for path in files]
+    paths = [path.partition("_runtime/") for path in files]
     modules = {name.removesuffix(".py") for _, folder, name in paths if folder}
     ros = OF_ROS_2 if target == "ros2" else set()
     assert modules == ALL | MODES[mode] | ros | of_model(files, mode)
 
 
 ENGINES = {
-    "controller": "commanding.controller_engine",
-    "supervisor": "supervising.supervisor_engine",
-    "monitor": "shadowing.listening_engine",
+    "controller": "core.commanding controller_engine",
+    "supervisor": "judge.supervising supervisor_engine",
+    "monitor": "judge.shadowing listening_engine",
 }
 PROGRAM = """
 import importlib, sys
 controller = importlib.import_module("package.controller")
-runtime = importlib.import_module("package._runtime.settings")
-port = importlib.import_module("package._runtime.judge" if {judges} else "package._runtime.port")
-module, name = "{engine}".split(".")
+runtime = importlib.import_module("package._runtime.core.settings")
+port = "judge.judge" if {judges} else "core.port"
+port = importlib.import_module("package._runtime." + port)
+module, name = "{engine}".split()
 make = getattr(importlib.import_module("package._runtime." + module), name)
 kind = next(c for n, c in vars(controller).items() if n.endswith("Controller") and n != "Controller")
 given = {{p.name: p.default for p in kind.PARAMETERS if p.required}}
@@ -96,9 +95,10 @@ def test_a_package_has_all_that_its_engine_imports(
 ) -> None:
     """Also the modules that it imports only if the model asks for them."""
     for path, file in package_of(model, target, mode).files.items():
-        is_runtime = "/_runtime/" in path
+        _, is_runtime, module = path.partition("/_runtime/")
         if is_runtime or path.endswith("/controller.py"):
-            place = tmp_path / "package" / ("_runtime" if is_runtime else "") / Path(path).name
+            name = f"_runtime/{module}" if is_runtime else "controller.py"
+            place = tmp_path / "package" / name
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_text(file.content, encoding="utf-8")
     program = PROGRAM.format(engine=ENGINES[mode], judges=mode != "controller")

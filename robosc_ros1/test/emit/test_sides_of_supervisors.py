@@ -10,7 +10,7 @@ import pytest
 from emit.golden_packages import package_of
 
 from robosc.emit.write.writer import write
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.settings import Settings
 
 NAMES = ("scan", "odom", "vel", "horn", "lamp", "door", "go", "order")
 

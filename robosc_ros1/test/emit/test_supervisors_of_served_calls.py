@@ -11,10 +11,10 @@ from emit.golden_packages import model_path
 from runtime.lamp_robot import PlayedPort
 
 from robosc import pipeline
-from robosc.runtime.calls import Failure
-from robosc.runtime.port import WaitingCall
-from robosc.runtime.settings import Settings
-from robosc.runtime.supervising import supervisor_engine
+from robosc.runtime.core.calls import Failure
+from robosc.runtime.core.port import WaitingCall
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge.supervising import supervisor_engine
 
 BUSY = "it serves one call at a time"
 

@@ -9,7 +9,7 @@ from emit.generated_code import supervisor_of
 
 from robosc.emit.package import ros1_target
 from robosc.emit.package.config import Config
-from robosc.runtime.settings import Parameter, read
+from robosc.runtime.core.settings import Parameter, read
 
 MODEL = """\
 robot Wide {

@@ -27,7 +27,7 @@ from robosc.language.operators import (
     Result,
     Spelled,
 )
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 
 NAN, INF = math.nan, math.inf
 NUMBERS = (0, 1, -1, 2, 3, -7, 2**53 + 1, 10**400, 0.0, -0.0, 0.5, -2.5, 1e308, INF, -INF, NAN)

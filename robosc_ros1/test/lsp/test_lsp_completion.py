@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from lsp_support import cursor, open_text
+from pyparsing import ParserElement
+from ros_support import EXAMPLES
 
+from robosc.language.tokens import tokenize
 from robosc.lsp.analysis import Workspace
-from robosc.lsp.completion.complete import complete
+from robosc.lsp.completion.complete import NAMES, OPERANDS, complete
 from robosc.lsp.completion.snippets import SNIPPETS
 from robosc.model.ros.interfaces import Interface
 from robosc.source import Source
+from robosc.syntax.elements import expectations
 from robosc.syntax.parser import parse
 
 MODEL = """\
@@ -128,6 +133,52 @@ def test_what_comes_first(tmp_path: Path, old: str, new: str, first: list[str]) 
     found = offered(tmp_path, old, new)
     assert found[: len(first)] == first or (not first and not found)
     assert first or not found
+
+
+WHAT_IS_NEW = (
+    "a name",
+    "a title",
+    "a string",
+    "a number",
+    "a whole number",
+    "a rate",
+    "a requirement such as",
+    "'",
+)
+"""How the texts of the grammar begin for which there is nothing to offer but quoted keywords."""
+
+
+def test_all_that_the_grammar_expects_is_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No text in the table that the grammar does not have, and none of the grammar that it lacks."""
+    seen: set[str] = set()
+
+    def noted(rule: ParserElement, kinds: str) -> tuple[tuple[str, ...], list[Any] | None]:
+        expected, whole = expectations(rule, kinds)
+        seen.update(text.partition(" after ")[0] for text in expected)
+        return expected, whole
+
+    monkeypatch.setattr("robosc.lsp.completion.complete.expectations", noted)
+    examples = sorted(EXAMPLES.glob("*/*.rscd"))
+    for text in (
+        MODEL,
+        CART,
+        "robot R { assume a needs b }",
+        *(file.read_text(encoding="utf-8") for file in examples),
+    ):
+        workspace, path = Workspace(), str(tmp_path / "model.rscd")
+        open_text(workspace, path, text)
+        for start in tokenize(Source(path, text)).starts:
+            complete(workspace, path, start)
+    known = (*NAMES, *OPERANDS)
+    assert [text for text in known if not any(what.startswith(text) for what in seen)] == []
+    assert [what for what in seen - {""} if not what.startswith((*known, *WHAT_IS_NEW))] == []
+
+
+def test_a_list_of_data_is_no_list_of_attributes(tmp_path: Path) -> None:
+    typed = "component Eye {\n constant here: Vector = { x: 1.0, |"
+    assert "x" in offered(tmp_path, "component Eye {", typed)
 
 
 def test_outgoing_messages_are_no_commands(tmp_path: Path) -> None:

@@ -16,9 +16,9 @@ from robosc.language.events import EventKind
 from robosc.model.resolve import load
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.step import Verdict, outcome, valuations
-from robosc.runtime.calls import Failure
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.settings import Settings, declared, read
+from robosc.runtime.core.calls import Failure
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.settings import Settings, declared, read
 from robosc.simulate.faults import Refused
 from robosc.source import Source
 from robosc.supervisor import Supervisor

@@ -15,10 +15,10 @@ from robosc.language.events import EventKind, Kind
 from robosc.language.reasons import REASONS, reasons_of
 from robosc.plant.automaton import VariableKind
 from robosc.plant.step import Verdict, outcome, valuations
-from robosc.runtime import calls
-from robosc.runtime.calls import Failure
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.settings import Settings
+from robosc.runtime.core import calls
+from robosc.runtime.core.calls import Failure
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.settings import Settings
 from robosc.supervisor import Supervisor
 from robosc.synthesis.verify.verification import verify
 

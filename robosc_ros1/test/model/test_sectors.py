@@ -15,7 +15,7 @@ from model.model_text import behaviour_of, faults, resolve
 
 from robosc.expr.evaluation import evaluate
 from robosc.plant.model_text import to_dsl
-from robosc.runtime.functions import sector
+from robosc.runtime.core.functions import sector
 
 MODEL = """
 datatype object Scan { ranges: array(double) angle_min: double angle_increment: double n: integer }

@@ -46,8 +46,8 @@ def files(target: str) -> Iterator[Path]:
 
 def imported(module: str, level: int, place: Place) -> Path | None:
     """The file of a module that a file imports; None if it is no part of the package."""
-    if place.file.parent == RUNTIME or module.startswith("_runtime."):
-        folders = [RUNTIME]
+    if RUNTIME in place.file.parents or module.startswith("_runtime."):
+        folders = [*RUNTIME.glob("*/")]
     else:
         common = TEMPLATES / "common" / ("node" if level else "test")
         folders = [common, TEMPLATES / place.target]
@@ -113,7 +113,7 @@ def test_classes_are_read_with_those_that_they_extend(target):
     family = ["GuardedRobot", "Robot", "PlayedRobot"]
     assert [place.name for place in with_bases(robot)] == family
     relay = Place(target, TEMPLATES / target / "relay.py", "RelayPort")
-    assert RUNTIME in {place.file.parent for place in with_bases(relay)}
+    assert RUNTIME / "judge" in {place.file.parent for place in with_bases(relay)}
 
 
 def test_an_attribute_of_a_subclass_is_seen(tmp_path):

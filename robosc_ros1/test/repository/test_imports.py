@@ -18,7 +18,7 @@ import pytest
 from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
-    "limits", "remedies", "source", "errors", "codes", "names", "resources", "progress", "runtime", "language", "syntax", "expr",
+    "limits", "remedies", "source", "errors", "codes", "names", "dotted", "resources", "progress", "runtime", "language", "syntax", "expr",
     "model", "plant", "supervisor", "synthesis", "emit", "simulate", "traces", "view", "new", "evidence", "pipeline", "report", "interface", "lsp", "agents",
     "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip
@@ -68,7 +68,7 @@ THIRD_PARTY = {
 }
 """Library to the modules that may import it."""
 
-ENVIRONMENT = ("cli", "console", "verbs", "model.ros.packages", "runtime.persistence")
+ENVIRONMENT = ("cli", "console", "verbs", "model.ros.packages", "runtime.core.persistence")
 """Only these look at environment variables."""
 
 PACKAGE = SOURCES / "robosc"
@@ -212,6 +212,15 @@ def test_runtime_needs_nothing_but_python() -> None:
         assert outside <= set(sys.stdlib_module_names), file.name
 
 
+def test_the_core_of_the_runtime_needs_neither_judge_nor_served_calls() -> None:
+    """A controller ships it alone; what only some models need is imported when it is called for."""
+    needs = {n for file in (PACKAGE / "runtime" / "core").glob("*.py") for n in loaded(file)}
+    outside = {name for name in needs & NAMES if name.startswith("runtime.")}
+    assert {name for name in outside if not name.startswith("runtime.core")} <= {
+        "runtime.served.served_calls"
+    }
+
+
 @pytest.mark.parametrize(
     ("importer", "imported", "verdict"),
     [
@@ -220,7 +229,7 @@ def test_runtime_needs_nothing_but_python() -> None:
         ("synthesis.explicit", "numpy", False),
         ("plant.build", "numpy", False),
         ("emit.package.target", "jinja2", False),
-        ("runtime.engine", "robosc.errors", False),
+        ("runtime.core.engine", "robosc.errors", False),
         ("emit.package.target", "rospy", False),
     ],
 )
@@ -272,7 +281,51 @@ def test_no_two_stages_have_classes_of_one_name() -> None:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 found.setdefault(node.name, []).append(module_name(file))
     twice = {tuple(modules) for modules in found.values() if len(modules) > 1}
-    assert twice <= {("model.automata", "runtime.model"), ("model.entities", "runtime.model")}
+    ours = ("model.automata", "model.entities")
+    assert twice <= {(module, "runtime.core.model") for module in ours}
+
+
+IDENTITIES = ("model", "plant", "supervisor", "synthesis", "emit", "simulate.machines")
+"""Here names of the model are values; what people wrote or read is taken apart elsewhere."""
+OF_TEXTS = ("model.ros", "emit.write", "emit.package.config")
+"""Definitions of messages, generated Python, and options."""
+TAKEN_APART = {"partition", "rpartition", "split", "rsplit"}
+
+
+def test_nobody_but_its_module_takes_a_name_of_the_model_apart() -> None:
+    """``Base.drive``, ``moving->standing``, ``docking performing`` and ``Station[3]``."""
+    faults = [
+        f"{module_name(file)}:{node.lineno}"
+        for file in MODULES
+        if within(module_name(file), IDENTITIES) and not within(module_name(file), OF_TEXTS)
+        for node in ast.walk(tree(file))
+        if isinstance(node, ast.Call) and is_taken_apart(node)
+    ]
+    assert faults == []
+
+
+def is_taken_apart(call: ast.Call) -> bool:
+    at = call.args[0] if call.args else None
+    method = call.func.attr if isinstance(call.func, ast.Attribute) else ""
+    return (
+        method in TAKEN_APART and isinstance(at, ast.Constant) and at.value in {".", " ", "->", "["}
+    )
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("key.partition('.')", True),
+        ("place.split('->')[1]", True),
+        ("name.rpartition('.')[2]", True),
+        ("dotted.last(name)", False),
+        ("words.split()", False),
+        ("path.split('/')", False),
+    ],
+)
+def test_what_counts_as_taken_apart(source: str, found: bool) -> None:
+    calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
+    assert any(map(is_taken_apart, calls)) is found
 
 
 def test_engines_are_composed() -> None:

@@ -135,14 +135,12 @@ def test_its_own_test_passes(generated_workspace: Workspace) -> None:
     generated_workspace.run("rostest", "gauntlet_monitor", "gauntlet_monitor.test")
 
 
-JUDGED = (
-    "    def is_allowed(self, command: ScheduledCommand, seen: Optional[Seen] = None) -> bool:\n"
-)
+JUDGED = "    def is_allowed(self, command: ScheduledCommand, seen: Seen | None = None) -> bool:\n"
 
 
 def test_its_own_test_finds_what_a_monitor_overlooks(watched_workspace: Workspace) -> None:
     package = watched_workspace.folder / "src/lantern_monitor/src/lantern_monitor"
-    module = package / "_runtime/allowances.py"
+    module = package / "_runtime/judge/seen.py"
     source = module.read_text(encoding="utf-8")
     assert source.count(JUDGED) == 1
     module.write_text(source.replace(JUDGED, f"{JUDGED}        return True\n"), encoding="utf-8")

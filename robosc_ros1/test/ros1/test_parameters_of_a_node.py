@@ -8,8 +8,8 @@ import pytest
 from ros1.stage import Puppet, Stage, event
 from ros_support import Workspace, await_condition
 
-from robosc.runtime.model import Communication
-from robosc.runtime.settings import declared
+from robosc.runtime.core.model import Communication
+from robosc.runtime.core.settings import declared
 
 INT = "std_msgs/Int16"
 PROBE = (

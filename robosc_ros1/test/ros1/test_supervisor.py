@@ -291,7 +291,7 @@ def test_the_launch_file_starts_both_with_the_right_names(
 
 FAULTS = {
     "forbidden": (
-        "_runtime/judge.py",
+        "_runtime/judge/judge.py",
         "        if command.possible and command.authorised(*data):\n",
         # What the robot cannot do now stays blocked: else the supervisor ends at the first of it.
         # A cancel stays blocked, too: else the first thing to complain of may be that no requirement

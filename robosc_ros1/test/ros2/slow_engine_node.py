@@ -11,7 +11,7 @@ import time
 
 
 def main(package, when, *arguments):
-    engine = importlib.import_module(f"{package}._runtime.engine").Engine
+    engine = importlib.import_module(f"{package}._runtime.core.engine").Engine
     actions = importlib.import_module(f"{package}.ros_served_actions")
     delays = [actions.DECISION + 1.0]
 

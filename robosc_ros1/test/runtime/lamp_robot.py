@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosc.runtime.model import Command, Communication, Controller, Input, Requirement, Tau
-from robosc.runtime.supervising import SupervisorPort
-from robosc.runtime.values import Mismatch, in_range
+from robosc.runtime.core.model import Command, Communication, Controller, Input, Requirement, Tau
+from robosc.runtime.core.values import Mismatch, in_range
+from robosc.runtime.judge.supervising import SupervisorPort
 
 SENSOR, GO, HALT, LAMP, ARM = "Sensor.range", "Motor.go", "Motor.halt", "Lamp.light", "Arm.reach"
 ARM_FLAGS = ("arm_busy", "arm_cancelling")

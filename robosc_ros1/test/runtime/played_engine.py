@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.settings import Settings
 
 
 class Played:

@@ -9,11 +9,11 @@ import pytest
 from runtime.lamp_robot import PlayedPort
 from runtime.test_clocks import SCAN, WatchController
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.model import Communication, Parameter
-from robosc.runtime.port import BEFORE_TIME
-from robosc.runtime.settings import read
-from robosc.runtime.supervising import supervisor_engine
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.model import Communication, Parameter
+from robosc.runtime.core.port import BEFORE_TIME
+from robosc.runtime.core.settings import read
+from robosc.runtime.judge.supervising import supervisor_engine
 
 SEEN = "Eye.seen"
 MOST = Parameter("Eye/most", "number", 0.2, "the greatest age", attribute="eye_most")

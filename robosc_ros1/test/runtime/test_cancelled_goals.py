@@ -6,7 +6,7 @@ import pytest
 from runtime.lamp_robot import ARM
 from runtime.played_engine import Played
 
-from robosc.runtime.calls import Failure
+from robosc.runtime.core.calls import Failure
 
 
 def phase(played: Played) -> str:

@@ -10,14 +10,14 @@ import pytest
 from runtime.lamp_robot import PlayedPort
 from runtime.played_engine import Played
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.inbox import LIMIT
-from robosc.runtime.matching import command_patterns
-from robosc.runtime.model import After, Command, Communication, Controller, Input
-from robosc.runtime.port import BEFORE_TIME
-from robosc.runtime.settings import read
-from robosc.runtime.supervising import supervisor_engine
-from robosc.runtime.values import Mismatch
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.inbox import LIMIT
+from robosc.runtime.core.model import After, Command, Communication, Controller, Input
+from robosc.runtime.core.port import BEFORE_TIME
+from robosc.runtime.core.settings import read
+from robosc.runtime.core.values import Mismatch
+from robosc.runtime.judge.matching import command_patterns
+from robosc.runtime.judge.supervising import supervisor_engine
 
 SCAN, DRIVE, HALT = "Eye.scan", "Motor.drive", "Motor.halt"
 

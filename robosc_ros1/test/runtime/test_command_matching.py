@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from robosc.runtime.matching import command_patterns, matching_command
-from robosc.runtime.values import not_finite
+from robosc.runtime.core.values import not_finite
+from robosc.runtime.judge.matching import command_patterns, matching_command
 
 NAN = float("nan")
 

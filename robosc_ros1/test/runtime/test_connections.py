@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robosc.runtime.connections import Connections, ConnectionWatch
+from robosc.runtime.core.connections import Connections, ConnectionWatch
 
 CONTROLLER = Connections("/c", heard=("/scan",), commanded=("/vel", "/horn"))
 

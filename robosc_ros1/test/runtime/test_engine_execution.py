@@ -10,10 +10,10 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
 from runtime.played_engine import Played
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.operating import INACTIVE
-from robosc.runtime.settings import Settings
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.operating import INACTIVE
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.values import Undefined
 
 
 def test_what_is_allowed_at_first_is_sent_at_once() -> None:

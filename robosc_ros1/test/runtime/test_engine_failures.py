@@ -6,7 +6,7 @@ import pytest
 from runtime.lamp_robot import ARM, HALT, LAMP, SENSOR, LampController
 from runtime.played_engine import Played
 
-from robosc.runtime.commanding import controller_engine
+from robosc.runtime.core.commanding import controller_engine
 
 
 def test_values_out_of_range_are_mismatches_and_change_nothing() -> None:

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.engine import Engine
-from robosc.runtime.engine_queue import EngineQueue
-from robosc.runtime.model import Input
-from robosc.runtime.settings import Settings
-from robosc.runtime.supervising import supervisor_engine
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.inbox import EngineQueue
+from robosc.runtime.core.model import Input
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge.supervising import supervisor_engine
 
 
 class RealTimePort(PlayedPort):

@@ -14,15 +14,15 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
 from runtime.test_supervisor_engine import GuardedPort
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.matching import CommandPattern
-from robosc.runtime.model import Command, Requirement
-from robosc.runtime.operating import HELD
-from robosc.runtime.port import NotTaken
-from robosc.runtime.recorder import Entry
-from robosc.runtime.settings import Settings
-from robosc.runtime.supervising import supervisor_engine
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.model import Command, Requirement
+from robosc.runtime.core.operating import HELD
+from robosc.runtime.core.port import NotTaken
+from robosc.runtime.core.recorder import Entry
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.values import Undefined
+from robosc.runtime.judge.matching import CommandPattern
+from robosc.runtime.judge.supervising import supervisor_engine
 
 CLEAR, BLOCKED = 50.0, 5.0
 EVENT, APPEARS, TIMEOUT = 1.0, 1.5, 4.0

@@ -15,11 +15,11 @@ from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR
 from runtime.test_gate import BLOCKED, CLEAR, Replacing, Robot
 from runtime.test_supervisor_engine import GO_ONLY, GuardedPort
 
-from robosc.runtime.calls import Failure
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.port import NotTaken
-from robosc.runtime.settings import Settings
-from robosc.runtime.supervising import supervisor_engine
+from robosc.runtime.core.calls import Failure
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.port import NotTaken
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge.supervising import supervisor_engine
 
 ORDERS = ("hold", "release", "step", "suspend", "resume")
 KEYS = (ARM, LAMP)

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.functions import greatest_of, least_of
-from robosc.runtime.heavy import BYTES, COUNT, LIGHT, HeavyTopic
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.functions import greatest_of, least_of
+from robosc.runtime.core.intake import BYTES, COUNT, LIGHT, HeavyTopic
+from robosc.runtime.core.values import Undefined
 
 
 class Stage:

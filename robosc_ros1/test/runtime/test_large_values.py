@@ -14,12 +14,12 @@ from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
 from runtime.test_reports import Heard, report_at_last
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.model import Communication, Controller, Input
-from robosc.runtime.settings import Settings
-from robosc.runtime.shortening import Shortener
-from robosc.runtime.telemetry import Reporter, dump
-from robosc.runtime.values import not_finite
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.model import Communication, Controller, Input
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.shortening import Shortener
+from robosc.runtime.core.telemetry import Reporter, dump
+from robosc.runtime.core.values import not_finite
 
 NAN, INFINITY = float("nan"), float("inf")
 LARGEST = 64_000

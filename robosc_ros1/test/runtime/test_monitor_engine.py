@@ -13,12 +13,12 @@ from emit.golden_packages import GOLDEN
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 
-from robosc.runtime.gathering import ArrivalTime
-from robosc.runtime.matching import CommandPattern
-from robosc.runtime.monitoring import monitor_engine
-from robosc.runtime.observation import SeenAction, SeenActionOfRos2
-from robosc.runtime.seen import MonitorPort
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge.gathering import ArrivalTime
+from robosc.runtime.judge.matching import CommandPattern
+from robosc.runtime.judge.monitoring import monitor_engine
+from robosc.runtime.judge.observation import SeenAction, SeenActionOfRos2
+from robosc.runtime.judge.seen import MonitorPort
 
 TOLERANCE = Settings().tolerance
 DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from robosc.runtime.model import Command, Communication, Controller
-from robosc.runtime.scheduler import CommandScheduler, ScheduledCommand
+from robosc.runtime.core.model import Command, Communication, Controller
+from robosc.runtime.core.scheduler import CommandScheduler, ScheduledCommand
 
 FLAGS = tuple(f"flag_{number}" for number in range(6))
 BUSY = tuple(f"busy_{number}" for number in range(3))

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.model import Command, Communication, Controller, Input
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.model import Command, Communication, Controller, Input
+from robosc.runtime.core.settings import Settings
 
 AHEAD, ASTERN, FORWARD, BACKWARD = "Bow.ahead", "Stern.astern", "Motor.forward", "Motor.backward"
 

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from robosc.runtime.pending import Pending
-from robosc.runtime.seen import Seen
+from robosc.runtime.judge.seen import Pending, Seen
 
 
 @pytest.mark.parametrize("faulty", [0, 1, 2])

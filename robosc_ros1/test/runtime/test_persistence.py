@@ -20,12 +20,12 @@ from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
 from runtime.test_reports import Heard
 
-from robosc.runtime import persistence
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.engine import Engine
-from robosc.runtime.persistence import Keeper
-from robosc.runtime.settings import Settings
-from robosc.runtime.telemetry import Reporter
+from robosc.runtime.core import persistence
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.persistence import Keeper
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.telemetry import Reporter
 from robosc.simulate.event_log import read_log
 from robosc.simulate.replay import Follower
 
@@ -140,7 +140,7 @@ def test_what_is_no_file_is_neither_read_nor_replaced(tmp_path: Path) -> None:
 WRITER = """
 import sys
 from pathlib import Path
-from robosc.runtime.persistence import write
+from robosc.runtime.core.persistence import write
 file = Path(sys.argv[1])
 n = int(sys.argv[2])
 print("ready", flush=True)

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import PlayedPort
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.engine import Engine
-from robosc.runtime.model import After, Command, Communication, Controller, Input
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.model import After, Command, Communication, Controller, Input
+from robosc.runtime.core.settings import Settings
 
 FLAGS = tuple(f"flag_{number}" for number in range(4))
 

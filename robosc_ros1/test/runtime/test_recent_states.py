@@ -8,7 +8,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robosc.runtime.seen import RecentStates
+from robosc.runtime.judge.seen import RecentStates
 
 NAMES = "abc"
 TOPICS = ("", "/one", "/other")

@@ -12,13 +12,19 @@ from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 from runtime.test_order_of_commands import PreferringController
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.engine import Engine
-from robosc.runtime.eventlog import EventLog
-from robosc.runtime.model import Controller, Parameter
-from robosc.runtime.reasons import reason_text
-from robosc.runtime.settings import Settings
-from robosc.runtime.telemetry import Outlet, Reporter, dump, event_document, state_document
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.model import Controller, Parameter
+from robosc.runtime.core.reasons import reason_text
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.telemetry import (
+    EventLog,
+    Outlet,
+    Reporter,
+    dump,
+    event_document,
+    state_document,
+)
 
 
 class Heard(Outlet):

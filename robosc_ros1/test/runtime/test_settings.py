@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, LampController
 
-from robosc.runtime.model import Parameter
-from robosc.runtime.settings import ParameterError, Settings, declared, flatten, read
+from robosc.runtime.core.model import Parameter
+from robosc.runtime.core.settings import ParameterError, Settings, declared, flatten, read
 
 COMMUNICATIONS = LampController.COMMUNICATIONS
 DEFAULTS = {

@@ -12,9 +12,9 @@ from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, Play
 from runtime.played_engine import Played
 from runtime.test_monitor_engine import BLOCKED, CLEAR, DRIVE, SilentPort
 
-from robosc.runtime.calls import Failure
-from robosc.runtime.settings import Settings
-from robosc.runtime.shadowing import Shadow, shadow_engine
+from robosc.runtime.core.calls import Failure
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge.shadowing import Shadow, shadow_engine
 
 Told = tuple[str, str, Any]
 

@@ -11,15 +11,15 @@ import pytest
 from emit.generated_code import controller_class, supervisor_of
 from runtime.schemas import validate
 
-from robosc.runtime.matching import CommandPattern
-from robosc.runtime.monitoring import monitor_engine
-from robosc.runtime.port import BEFORE_TIME
-from robosc.runtime.seen import MonitorPort
-from robosc.runtime.settings import Settings
-from robosc.runtime.shadowing import shadow_engine
-from robosc.runtime.sight import NOTABLE, deciding_inputs
-from robosc.runtime.supervising import supervisor_engine
-from robosc.runtime.telemetry import ERROR, Outlet, Reporter
+from robosc.runtime.core.port import BEFORE_TIME
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.telemetry import ERROR, Outlet, Reporter
+from robosc.runtime.judge.matching import CommandPattern
+from robosc.runtime.judge.monitoring import monitor_engine
+from robosc.runtime.judge.seen import MonitorPort
+from robosc.runtime.judge.shadowing import shadow_engine
+from robosc.runtime.judge.sight import NOTABLE, deciding_inputs
+from robosc.runtime.judge.supervising import supervisor_engine
 
 TOLERANCE = Settings().tolerance
 PLAIN = """robot Plain {

@@ -10,13 +10,13 @@ import pytest
 from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
 
-from robosc.runtime.inbox import LIMIT
-from robosc.runtime.matching import CommandPattern
-from robosc.runtime.model import Command, Requirement
-from robosc.runtime.settings import Settings
-from robosc.runtime.supervising import supervisor_engine
-from robosc.runtime.telemetry import event_document, state_document
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.inbox import LIMIT
+from robosc.runtime.core.model import Command, Requirement
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.telemetry import event_document, state_document
+from robosc.runtime.core.values import Undefined
+from robosc.runtime.judge.matching import CommandPattern
+from robosc.runtime.judge.supervising import supervisor_engine
 
 GO_ONLY = (CommandPattern(GO),)
 DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from robosc.runtime.transforms import FORGOTTEN, MOST_FRAMES, Transforms
+from robosc.runtime.core.transforms import FORGOTTEN, MOST_FRAMES, Transforms
 
 RATE = 0.05
 

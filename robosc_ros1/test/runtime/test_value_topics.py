@@ -6,7 +6,7 @@ import pytest
 from emit.generated_code import controller_class, supervisor_of
 
 from robosc.emit.package.model_document import model_document
-from robosc.runtime.value_topics import ValueTopics, topic_of
+from robosc.runtime.core.telemetry import ValueTopics, topic_of
 
 MODEL = """
 robot Depot {

@@ -10,7 +10,7 @@ from emit.generated_code import supervisor_of
 from simulate.players import play, sent, session
 from simulate.test_replay import lines_of, run_of, write
 
-from robosc.runtime.values import jsonable
+from robosc.runtime.core.values import jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.replay import replay
 from robosc.simulate.script.render import Style, session_text

@@ -27,8 +27,8 @@ from simulate.recorded_runs import (
 )
 
 from robosc.errors import UsageError
-from robosc.runtime.recorder import Entry
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.recorder import Entry
+from robosc.runtime.core.settings import Settings
 from robosc.simulate.bags.bag_files import opened_bag
 from robosc.simulate.bags.bag_run import BagRun, settings_of
 from robosc.simulate.bags.judgement import Judgement, judge

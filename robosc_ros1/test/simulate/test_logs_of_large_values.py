@@ -14,9 +14,9 @@ from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
 from simulate.test_replay import write
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.settings import Settings
-from robosc.runtime.telemetry import dump, event_document
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.telemetry import dump, event_document
 from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.replay import replay
 from robosc.supervisor import Supervisor

@@ -21,10 +21,10 @@ from robosc.expr.tree import REASON
 from robosc.language.events import EventKind
 from robosc.plant.acceptance import phase_of
 from robosc.plant.automaton import Event, Plant
-from robosc.runtime.calls import FAILED, Failure
-from robosc.runtime.monitoring import monitor_engine
-from robosc.runtime.seen import MonitorPort
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.calls import FAILED, Failure
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge.monitoring import monitor_engine
+from robosc.runtime.judge.seen import MonitorPort
 from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.simulate.machines.execute import Execution, read_given
 from robosc.simulate.machines.generated import make_controller, state_of_controller

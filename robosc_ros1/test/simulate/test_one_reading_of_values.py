@@ -25,8 +25,8 @@ from robosc.expr.types import (
 )
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.event_values import value_type
-from robosc.runtime.model import Controller
-from robosc.runtime.values import Mismatch, jsonable
+from robosc.runtime.core.model import Controller
+from robosc.runtime.core.values import Mismatch, jsonable
 from robosc.simulate.machines.execute import read_given
 from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.machines.machine import label

@@ -10,8 +10,8 @@ import pytest
 from emit.generated_code import supervisor_of
 from simulate.players import session
 
-from robosc.runtime.recorder import Entry
-from robosc.runtime.telemetry import event_document
+from robosc.runtime.core.recorder import Entry
+from robosc.runtime.core.telemetry import event_document
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.replay import replay
 from robosc.simulate.start import machine_maker

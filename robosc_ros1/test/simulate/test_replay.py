@@ -20,11 +20,10 @@ from ros_support import Completed, await_condition
 from runtime.lamp_robot import PlayedPort
 from simulate.players import MODEL, SEVERAL_TYPES, line_follower, session
 
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.eventlog import EventLog
-from robosc.runtime.recorder import Entry
-from robosc.runtime.settings import Settings
-from robosc.runtime.telemetry import Outlet, Reporter, dump, event_document
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.recorder import Entry
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.telemetry import EventLog, Outlet, Reporter, dump, event_document
 from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.machines.machine import Happening
 from robosc.simulate.replay import replay

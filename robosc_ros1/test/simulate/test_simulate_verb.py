@@ -23,7 +23,7 @@ from ros_support import REPOSITORY, SOURCES, Completed
 from runtime.schemas import validate
 from simulate.players import MODEL, SEVERAL_TYPES, session
 
-from robosc.runtime.telemetry import dump
+from robosc.runtime.core.telemetry import dump
 from robosc.simulate.script.documents import done_document
 
 Robosc = Callable[..., Completed]

@@ -14,7 +14,7 @@ from ros_support import EXAMPLES, Completed
 from runtime.schemas import validate
 from simulate.players import play, session
 
-from robosc.runtime.values import jsonable
+from robosc.runtime.core.values import jsonable
 from robosc.simulate.machines.machine import Happening, Machine, label
 from robosc.simulate.script.render import Style, session_text
 from robosc.simulate.start import machine_maker

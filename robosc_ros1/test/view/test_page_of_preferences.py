@@ -8,7 +8,7 @@ from emit.generated_code import supervisor_of
 from view.browser import Browser
 from view.watching import command_is, log_of, serving
 
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.settings import Settings
 from robosc.simulate.machines.execute import Execution
 from robosc.view.exported import html_of
 from robosc.view.hub import Hub

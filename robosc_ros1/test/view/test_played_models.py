@@ -15,7 +15,7 @@ from ros_support import SOURCES
 from runtime.schemas import validate
 from view.watching import MODEL, Watcher, ask, line_follower, serving
 
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.settings import Settings
 from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.simulate.machines.execute import Execution
 from robosc.view.hub import Hub

@@ -13,7 +13,7 @@ from typing import Any
 from ros_support import EXAMPLES
 
 from robosc import pipeline
-from robosc.runtime.settings import Settings
+from robosc.runtime.core.settings import Settings
 from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.simulate.machines.execute import Execution
 from robosc.supervisor import Supervisor

@@ -17,7 +17,7 @@ from robosc.agents.tools import WHOLE, Tool
 from robosc.expr.types import NoneType
 from robosc.language.events import EventKind
 from robosc.plant.event_values import value_type
-from robosc.runtime.reasons import reason_text
+from robosc.runtime.core.reasons import reason_text
 from robosc.simulate import faults
 from robosc.simulate.machines import execute, machine
 from robosc.simulate.script.documents import command_document, state_document

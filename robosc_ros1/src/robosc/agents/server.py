@@ -32,7 +32,7 @@ from robosc.agents.calls import REACHED, CallWatch, Gateway, Json, unsent
 from robosc.agents.simulated import Simulated
 from robosc.agents.tools import Tool
 from robosc.model.entities import Robot
-from robosc.runtime.shortening import Shortener, shortened_text
+from robosc.runtime.core.shortening import Shortener, shortened_text
 from robosc.simulate.faults import LineFault
 
 CALLS_PER_SECOND = 10

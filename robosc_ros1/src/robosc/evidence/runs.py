@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from robosc.progress import Progress
-from robosc.runtime import model, reasons
+from robosc.runtime.core import model, reasons
 from robosc.simulate.bags.judgement import judge
 from robosc.simulate.bags.judgement_report import judgement_notes, said_at
 from robosc.simulate.event_log import LogEntry

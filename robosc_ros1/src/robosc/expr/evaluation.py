@@ -30,8 +30,8 @@ from robosc.expr.tree import (
     condition_of,
 )
 from robosc.expr.types import EnumType, Type, Value
-from robosc.runtime.functions import element, is_so, otherwise
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.functions import element, is_so, otherwise
+from robosc.runtime.core.values import Undefined
 
 
 def evaluate(expr: Expr, lookup: Callable[[Leaf], Value | None]) -> Value:

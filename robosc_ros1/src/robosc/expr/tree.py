@@ -15,7 +15,7 @@ from typing import Any, ClassVar, TypeAlias, cast
 
 from robosc.expr import types
 from robosc.language import functions, operators
-from robosc.runtime.settings import parameter_name
+from robosc.runtime.core.settings import parameter_name
 from robosc.source import Span
 
 

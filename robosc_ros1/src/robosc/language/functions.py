@@ -9,16 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from robosc.language.operators import (
-    BINARY,
-    PYTHON_ATOM,
-    Operand,
-    Operator,
-    Result,
-    Text,
-)
-from robosc.runtime import functions as runtime
-from robosc.runtime.values import widen
+from robosc.language.operators import BINARY, PYTHON_ATOM, Operand, Operator, Result, Text
+from robosc.runtime.core import functions as runtime
+from robosc.runtime.core.values import widen
 
 _ATOM = 9
 

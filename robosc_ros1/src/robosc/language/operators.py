@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
-from robosc.runtime.values import divide, remainder, widen
+from robosc.runtime.core.values import divide, remainder, widen
 
 
 class Operand(Enum):

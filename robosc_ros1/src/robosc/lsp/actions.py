@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from robosc import errors, remedies
+from robosc import dotted, errors, remedies
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.ros_definitions import fits
 from robosc.source import Source, Span
@@ -97,7 +97,7 @@ class _Place:
 
     def message(self, name: str) -> nodes.MessageNode | None:
         """The only message of that name, or ``Component.name``."""
-        component, _, bare = name.rpartition(".")
+        component, bare = dotted.around(name), dotted.last(name)
         found = [
             item
             for owner in self.components

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from robosc.expr import tree, types
 from robosc.language.events import EventKind
-from robosc.runtime.places import stands_in
+from robosc.runtime.core.places import stands_in
 from robosc.source import Span
 
 

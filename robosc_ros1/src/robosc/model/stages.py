@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robosc.model.entities import Robot
-from robosc.runtime.places import stage_of
+from robosc.runtime.core.places import stage_of
 
 
 def told_stages(robot: Robot) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from robosc.names import is_frame
-from robosc.runtime.transforms import plain
+from robosc.runtime.core.transforms import plain
 
 TOPICS = {"/tf": False, "/tf_static": True}
 """Whether what comes there is static."""

@@ -14,10 +14,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from robosc.expr import tree, types
-from robosc.expr.traversal import (
-    reads_value,
-    within,
-)
+from robosc.expr.traversal import reads_value, within
 from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind
 from robosc.model.entities import Assumption, Communication, Robot

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from robosc import dotted
 from robosc.expr.traversal import path_text, walk
 from robosc.expr.tree import Binary, Expr, ParameterRef, PhaseRef, Unary, ValueRef, VariableRef
 from robosc.expr.types import ArrayType, BooleanType, ObjectType
@@ -48,8 +49,8 @@ def _text(expr: Expr, robot: Robot) -> str:
     phase = _named_phase(expr)
     if phase is None or expr.span is None:
         return model_text.to_dsl(expr, robot)
-    communication, _, _ = model_text.to_dsl(phase, robot).rpartition(".")
-    return f"{communication}.{expr.span.text.rpartition('.')[2]}"
+    communication = dotted.around(model_text.to_dsl(phase, robot))
+    return f"{communication}.{dotted.last(expr.span.text)}"
 
 
 def _named_phase(expr: Expr) -> PhaseRef | None:

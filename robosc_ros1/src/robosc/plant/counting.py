@@ -15,6 +15,7 @@ from itertools import islice
 from operator import is_not
 from typing import TypeGuard
 
+from robosc import dotted
 from robosc.expr import identity_cache, quantified, tree, types
 from robosc.expr.traversal import may_be_undefined, operands, rewritten, walk
 from robosc.model.entities import Robot
@@ -52,8 +53,9 @@ def with_component(expr: tree.Expr, name: Callable[[str], str]) -> tree.Expr:
             case tree.VariableRef(component=component, variable=variable, type=type_):
                 return tree.VariableRef(name(component), variable, type_)
             case tree.PhaseRef(communication=key):
-                component, _, communication = key.partition(".")
-                return replace(node, communication=f"{name(component)}.{communication}")
+                return replace(
+                    node, communication=f"{name(dotted.first(key))}.{dotted.inside(key)}"
+                )
         return node
 
     return rewritten(expr, leaf)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterator
 from typing import Any
 
+from robosc import dotted
 from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import asked_for, with_presence_written
 from robosc.language.keywords import escape
@@ -14,7 +15,7 @@ from robosc.model import automata, entities
 from robosc.names import copy_name
 from robosc.plant.counting import copies_of, with_counts
 from robosc.plant.logic import exact
-from robosc.runtime.values import NOW
+from robosc.runtime.core.values import NOW
 
 _ATOM = 9
 _UNARY_LEVEL = UNARY["!"].level
@@ -53,23 +54,23 @@ def to_dsl(
             case tree.ReasonRef():
                 return "reason"
             case tree.StateRef(component=component, state=name) if component in lasting:
-                path = ".".join(map(escape, component.split(".")))
+                path = ".".join(map(escape, dotted.parts(component)))
                 return path if name == automata.HOLDING else f"!{path}"
             case (
                 tree.VariableRef(component=component, variable=name)
                 | tree.StateRef(component=component, state=name)
             ):
-                path = ".".join(map(escape, name.replace(" ", ".").split(".")))
+                path = ".".join(map(escape, dotted.parts(name.replace(" ", "."))))
                 return f"{owner(component)}.{path}"
             case tree.ParameterRef(parameter=parameter):
-                return ".".join(escape(part) for part in parameter.key.split("."))
+                return ".".join(escape(part) for part in dotted.parts(parameter.key))
             case tree.PhaseRef(communication=key, phase=phase):
                 name = robot.display_names[key]
-                component, _, own = key.partition(".")
+                component, own = dotted.first(key), dotted.inside(key)
                 if component == element[0] or name in component_names:
                     name = f"{owner(component)}.{escape(own)}"
                 else:
-                    name = ".".join(escape(part) for part in name.split("."))
+                    name = ".".join(escape(part) for part in dotted.parts(name))
                 # In models, a message that has never been heard is silent, too.
                 if phase == "silent":
                     return f"({name}.heard and {name}.silent)"
@@ -173,7 +174,7 @@ def _bare_names(expr: tree.Expr) -> Iterator[str]:
             case tree.Literal(value=str() as name) | tree.ElementRef(variable=name):
                 yield name
             case tree.ParameterRef(parameter=parameter):
-                yield from parameter.key.split(".")
+                yield from dotted.parts(parameter.key)
             case tree.Aggregate(variable=name, position=position):
                 yield from (name, position)
 

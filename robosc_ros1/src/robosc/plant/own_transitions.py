@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, Transition
-from robosc.runtime.places import place_of
+from robosc.runtime.core.places import place_of
 
 
 class OwnTransition(NamedTuple):

@@ -13,7 +13,7 @@ from robosc.expr.tree import Expr, Leaf, ValueRef
 from robosc.expr.types import Value
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 
 Values: TypeAlias = tuple[Value | None, ...]
 """One value for each parameter of an event."""

@@ -16,12 +16,12 @@ from robosc.errors import UsageError, counted
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
 from robosc.plant.automaton import VariableKind
-from robosc.runtime.model import After, Command, Controller, Input, Tau
-from robosc.runtime.places import path_of
-from robosc.runtime.reasons import blocked_by, reason_text
-from robosc.runtime.recorder import STOP_COMMAND
-from robosc.runtime.shortening import Shortener
-from robosc.runtime.values import Mismatch, Undefined, jsonable
+from robosc.runtime.core.model import After, Command, Controller, Input, Tau
+from robosc.runtime.core.places import path_of
+from robosc.runtime.core.reasons import blocked_by, reason_text
+from robosc.runtime.core.recorder import STOP_COMMAND
+from robosc.runtime.core.shortening import Shortener
+from robosc.runtime.core.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.values.exact_values import data_behind, value_with_classes

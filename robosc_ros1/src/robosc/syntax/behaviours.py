@@ -41,7 +41,7 @@ def _performs() -> ParserElement:
     performing = (
         keyword("performs")
         - t.communication("the name of a command after 'performs'")
-        - maybe(terminal("meanwhile", "", leaves.make_name))
+        - maybe(terminal("meanwhile", "'meanwhile'", leaves.make_name))
         - maybe(keyword("with") - declarations.data_part())
         - keyword("then", "'then' after what the state performs")
         - _effect()
@@ -108,8 +108,8 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
     """
     named = t.name("a name for the state") - maybe(condition_part()) - _performs() - _opens()
     plain = keyword("state", f"'state' after '{first}'") - named
-    flag = choice("marked", "") if first == "initial" else terminal("initial", "", _late_initial)
-    second = maybe(flag)
+    late = terminal("initial", "", _late_initial)
+    second = maybe(choice("marked", "'marked'") if first == "initial" else late)
     initial = second - keyword("state", "'marked' or 'state' after 'initial'") - named
 
     def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.StateNode:

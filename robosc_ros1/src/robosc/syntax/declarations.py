@@ -48,7 +48,7 @@ def enum_rules() -> blocks.Block:
     # A word before an operator begins the next rule: the value of this one is missing.
     value = "WORD (?! '->' | INFIX | FOREIGN | '.' | '..' | '[' )"
     condition = expressions.Expression("a rule 'condition -> value' or '}'") - symbol("->")
-    default = terminal("default '->'", "", lambda reading, start, end, parts: None)
+    default = terminal("default '->'", "'default ->'", lambda reading, start, end, parts: None)
     rules = blocks.Rule(
         either([default, condition], "a rule 'condition -> value' or '}'")
         - terminal(value, "the name of the value after '->'", leaves.make_name),
@@ -304,7 +304,7 @@ def _datum(inner: ParserElement) -> ParserElement:
         leaves.make_node(nodes.DataFieldNode),
     )
     filled = listed(field) - symbol("}", "',' or '}'")
-    braces = symbol("{") - either([symbol("}"), filled], "a property name or '}'")
+    braces = symbol("{", "an object") - either([symbol("}"), filled], "a property name or '}'")
     made = built(braces, leaves.make_node(nodes.DataObjectNode, fixed=0))
     filled = inner + either([_through_array(), ZeroOrMore(symbol(",") - inner)], "',' or ']'")
     brackets = symbol("[") - either(

@@ -9,11 +9,65 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pyparsing import Empty, MatchFirst, Optional, ParserElement, ParseResults, Regex, ZeroOrMore
+from pyparsing import (
+    Empty,
+    MatchFirst,
+    Optional,
+    ParseBaseException,
+    ParserElement,
+    ParseResults,
+    Regex,
+    ZeroOrMore,
+)
 
 from robosc.language.tokens import pattern
 from robosc.syntax.parse_state import Build, Form, ParseState, Stop
-from robosc.syntax.pyparsing_names import leave_whitespace, set_name, set_parse_action
+from robosc.syntax.pyparsing_names import (
+    leave_whitespace,
+    parse_string,
+    set_name,
+    set_parse_action,
+)
+
+
+class Unfinished(str):
+    """The kinds of a declaration that is being typed: what could follow them notes itself."""
+
+    def __new__(cls, kinds: str) -> Unfinished:
+        made = super().__new__(cls, kinds)
+        made.expected = []
+        return made
+
+    expected: list[str]
+
+    def expandtabs(self, tabsize: Any = 8) -> Unfinished:
+        return self  # pyparsing calls it, and would go on with a plain string
+
+
+def note(kinds: str, at: int, expected: str) -> None:
+    """Note what is expected at a place if an unfinished declaration ends there."""
+    if at == len(kinds) and isinstance(kinds, Unfinished):
+        kinds.expected.append(expected)
+
+
+def expectations(rule: ParserElement, kinds: str) -> tuple[tuple[str, ...], list[Any] | None]:
+    """What may follow the kinds of an unfinished declaration; its parts if it could end there."""
+    unfinished = Unfinished(kinds)
+    try:
+        *parts, end = parse_string(rule, unfinished)
+    except ParseBaseException:
+        parts, end = [], -1
+    whole = [part for part in parts if type(part) is not str] if end == len(kinds) else None
+    return tuple(dict.fromkeys(unfinished.expected)), whole
+
+
+class _Terminal(Regex):
+    """Tokens that match a pattern."""
+
+    def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
+        if loc == len(instring):
+            note(instring, loc, self.name)
+        return super().parseImpl(instring, loc, do_actions)
 
 
 def terminal(kinds: str, expected: str, build: Build | None = None) -> ParserElement:
@@ -21,7 +75,7 @@ def terminal(kinds: str, expected: str, build: Build | None = None) -> ParserEle
 
     Without ``build`` they leave no part behind, as keywords and punctuation do.
     """
-    element = set_name(leave_whitespace(Regex(pattern(kinds))), expected)
+    element = set_name(leave_whitespace(_Terminal(pattern(kinds))), expected)
     if build is None:
         return element
 

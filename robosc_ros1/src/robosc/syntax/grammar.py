@@ -76,15 +76,18 @@ def _adopt(
     return adopt
 
 
+_ARGUMENT = "the name of a constant or parameter"
+
+
 def _component(block: blocks.Block) -> blocks.Rule:
     prefix = label("prefix") - t.string("a string after 'prefix:'")
     argument = built(
-        terminal("(?! prefix ) NAME (?= ':' )", "a name", leaves.make_name)
+        terminal("(?! prefix ) NAME (?= ':' )", _ARGUMENT, leaves.make_name)
         - symbol(":")
         - Expression("a value after ':'"),
         leaves.make_node(nodes.ArgumentNode),
     )
-    expected = "'prefix:' or the name of a constant or parameter"
+    expected = f"'prefix:' or {_ARGUMENT}"
     given = either([prefix, argument], expected)
     first = either([prefix, argument], f"{expected} after 'with'")
     imported = built(
@@ -135,7 +138,7 @@ expression begins."""
 
 def _invariant() -> ParserElement:
     """``never e`` or ``always e``."""
-    return choice(f"(?: never | always ) (?! {_NAMED} )", "") - Expression(
+    return choice(f"(?: never | always ) (?! {_NAMED} )", "'never' or 'always'") - Expression(
         "a condition after 'never' or 'always'"
     )
 
@@ -177,7 +180,7 @@ def _untitled(expected: str) -> ParserElement:
         "the name of a communication after 'disables'"
     )
     goal = (
-        choice(f"possible (?! {_NAMED} )", "")
+        choice(f"possible (?! {_NAMED} )", "'possible'")
         - Expression("a condition after 'possible'")
         - maybe(keyword("from") - Expression("a condition after 'from'"))
         - maybe(keyword("while") - Expression("a condition after 'while'"))
@@ -390,3 +393,18 @@ def robot_block() -> blocks.Block:
 def library_block() -> blocks.Block:
     """The block of a library: its declarations."""
     return _file_block("library")
+
+
+_INNER = ("component", "behaviour", "state")
+
+
+@cache
+def block_of(kind: str) -> blocks.Block:
+    """The block of a kind, as the table of keywords names it; of a ``for`` that of its robot."""
+    if kind in ("object", "enum"):
+        return declarations.object_rules() if kind == "object" else declarations.enum_rules()
+    block = library_block() if kind == "library" else robot_block()
+    for _ in range(_INNER.index(kind) + 1 if kind in _INNER else 0):
+        assert block.child is not None
+        block = block.child.block
+    return block

@@ -12,16 +12,7 @@ from pyparsing import Forward, ParserElement, ParseResults
 from robosc import limits
 from robosc.language.keywords import UNITS
 from robosc.syntax import expressions, leaves, nodes, operands, pyparsing_names
-from robosc.syntax.elements import (
-    built,
-    either,
-    keyword,
-    listed,
-    maybe,
-    refused,
-    symbol,
-    terminal,
-)
+from robosc.syntax.elements import built, either, keyword, listed, maybe, refused, symbol, terminal
 from robosc.syntax.parse_state import ParseState, Stop
 
 # A name before a colon is that of the next property: the type before it is missing.
@@ -181,14 +172,14 @@ def type_(expected: str) -> ParserElement:
     bound = terminal("'-'? INTEGER", "a whole number", leaves.make_integer)
     bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")
     integer = built(
-        keyword(f"integer {_NO_COLON}") + maybe(built(bounds, leaves.make_tuple)),
+        keyword(f"integer {_NO_COLON}", "a type") + maybe(built(bounds, leaves.make_tuple)),
         leaves.make_node(nodes.BasicTypeNode, "integer"),
     )
     unbounded = terminal("(?: string | boolean | double | none ) '('", "a type")
     pyparsing_names.set_parse_action(unbounded, _refuse_range)
     basic = terminal(f"(?: string | boolean | double | none ) {_NO_COLON}", "a type", _build_basic)
     array = built(
-        keyword(f"array {_NO_COLON}")
+        keyword(f"array {_NO_COLON}", "a type")
         - symbol("(", "'(' after 'array'")
         - kind
         - symbol(")", "')' to close 'array('"),

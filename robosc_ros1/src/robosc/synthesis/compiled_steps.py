@@ -32,7 +32,7 @@ from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, PlantStat
 from robosc.plant.data.classes import Classes
 from robosc.plant.python_text import to_python
 from robosc.plant.step import Outcome, Values, Verdict, is_consistent, missing_together, valuations
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.supervisor import Guard
 from robosc.synthesis.event_parameters import weight
 
@@ -196,6 +196,12 @@ class Stepper:
             found = self._define(f"lambda s: bool({text})")
             self._tests[condition] = found
         return found
+
+    def every(self, conditions: Iterable[Expr]) -> Test:
+        """Return as a function of the state whether all conditions are true."""
+        text = " and ".join(f"({self._python(condition, {})})" for condition in conditions)
+        test: Test = self._define(f"lambda s: bool({text or True})")
+        return test
 
     def compiled(self, event: int, condition: Expr | None) -> CompiledEvent:
         """Return an event with all its values, restricted to a condition (None: always)."""

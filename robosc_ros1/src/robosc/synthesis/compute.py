@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Collection
-from contextlib import suppress
+from collections.abc import Callable, Collection, Sequence
 from math import prod
 
 from robosc import limits
 from robosc.errors import OUT_OF_MEMORY, StateSpaceError
-from robosc.plant.automaton import Plant
+from robosc.plant.automaton import Plant, PlantState
 from robosc.progress import Progress
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import remedy, usable
 from robosc.synthesis.decomposition import combined, independent_parts
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explain.conflicts import Identity, with_conflicts
-from robosc.synthesis.explicit.explicit_engine import Limit, TooMany
+from robosc.synthesis.explicit.explicit_engine import Limit, ManyGuarded, TooMany
 from robosc.synthesis.explicit.synthesize import enabled_commands, synthesize_explicit
 from robosc.synthesis.formatting import contributors
 from robosc.synthesis.result import Solved
@@ -24,8 +23,10 @@ from robosc.synthesis.time_limit import ExplanationTime
 
 _FEW_STATES = 100_000
 """States up to which the explicit engine is the faster one, as measured."""
-_MOST_STEPS = 2_000_000
-"""Steps, about one second: the same where states have many."""
+_MOST_STEPS = 600_000
+"""Steps, about half a second: the same where states have many, if the end is not near."""
+_NEAR_THE_END = 0.1
+"""Share of the states found that are not left yet, below which the end is near: zones 12 15."""
 _FEW_GUARDED = 2**13
 """The same where synthesis restricts commands: minimising guards takes most of the time then."""
 _FEW_VALUES = 10_000
@@ -149,8 +150,12 @@ def _synthesize(
     either = engine == "auto" and usable()
     if either and max(map(weight, plant.events), default=0) <= _FEW_VALUES:
         limit = _limit(plant, min(max_states, _FEW_STATES), progress, doubting=True)
-        with suppress(TooMany):
+        try:
             return synthesize_explicit(plant, limit, progress, explaining, _FEW_GUARDED)
+        except ManyGuarded as fault:
+            return _symbolic(plant, progress, explaining, fault.states)
+        except TooMany:
+            pass
     if either:
         return _symbolic(plant, progress, explaining)
     advice = f"; {remedy()}" if engine == "auto" else ""
@@ -161,10 +166,15 @@ def _synthesize(
         raise StateSpaceError(OUT_OF_MEMORY + advice) from None
 
 
-def _symbolic(plant: Plant, progress: Progress | None, explaining: ExplanationTime) -> Solved:
+def _symbolic(
+    plant: Plant,
+    progress: Progress | None,
+    explaining: ExplanationTime,
+    found: Sequence[PlantState] | None = None,
+) -> Solved:
     from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
-    return synthesize_bdd(plant, progress, explaining=explaining)
+    return synthesize_bdd(plant, progress, explaining=explaining, found=found)
 
 
 def _limit(
@@ -183,7 +193,8 @@ def _limit(
         if progress is not None:
             progress("reachable states", found, most)
         growing = steps > _FIRST_STEPS and left > _GROWING * found
-        if found > most or (doubting and (growing or steps > _MOST_STEPS)):
+        long = steps > _MOST_STEPS and left > _NEAR_THE_END * found
+        if found > most or (doubting and (growing or long)):
             raise _too_many(plant, most, advice)
         if steps > max(limits.EXPLICIT_STEPS, limits.EXPLICIT_VALUES * (found - left)):
             raise TooMany(

@@ -28,7 +28,7 @@ from robosc.plant.automaton import (
 )
 from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.step import Values
-from robosc.runtime.places import place_of
+from robosc.runtime.core.places import place_of
 from robosc.supervisor import Guard, Step
 from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.faults import FaultSearch

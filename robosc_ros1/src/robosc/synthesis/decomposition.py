@@ -14,6 +14,7 @@ from dataclasses import astuple, dataclass, field, replace
 from math import prod
 from typing import TypeAlias
 
+from robosc import dotted
 from robosc.language.events import EventKind, Kind
 from robosc.plant.automaton import Event, Plant, PlantGoal, VariableKind
 from robosc.plant.data.disjoint_sets import DisjointSets
@@ -130,9 +131,9 @@ def _sets(plant: Plant) -> DisjointSets:
 
     for number, variable in enumerate(plant.variables):
         if variable.kind is not VariableKind.TEST:
-            sets.join([number, _component(variable.name)])
+            sets.join([number, dotted.first(variable.name)])
     for event in plant.events:
-        sets.join([event.identity, _component(event.key), *event_support(plant, event)])
+        sets.join([event.identity, dotted.first(event.key), *event_support(plant, event)])
     for condition, _ in plant.invariants:
         sets.join(support(plant, condition))
     for condition, _ in plant.lasting:
@@ -162,10 +163,6 @@ def _sets(plant: Plant) -> DisjointSets:
 
 def _read_by(plant: Plant, goal: PlantGoal) -> list[int]:
     return [variable for expr in goal.conditions for variable in support(plant, expr)]
-
-
-def _component(key: str) -> str:
-    return key.partition(".")[0]
 
 
 def _part(plant: Plant, group: _Group) -> Plant:
@@ -230,6 +227,7 @@ def combined(plant: Plant, parts: Sequence[Supervisor]) -> Supervisor:
         diagnostics=tuple(dict.fromkeys(d for part in empty or parts for d in part.diagnostics)),
         empty=bool(empty),
         step_bound=None if empty else _step_bound(parts),
+        opposite_order=any(part.opposite_order for part in parts),
     )
 
 

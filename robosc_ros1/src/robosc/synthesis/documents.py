@@ -13,7 +13,7 @@ from robosc.model.automata import HOLDING
 from robosc.model.stages import told_stages
 from robosc.plant.automaton import Event, EventParameter, Plant, PlantState, VariableKind
 from robosc.plant.model_text import to_dsl
-from robosc.runtime.places import place_of, places, stages
+from robosc.runtime.core.places import place_of, places, stages
 from robosc.source import Span
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.explore import Graph

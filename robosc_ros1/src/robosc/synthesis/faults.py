@@ -36,6 +36,8 @@ class Round:
 Fault: TypeAlias = Literal["requirement", "range", "blocked"] | int
 """What is wrong with a state; a number is the index in ``Plant.goals`` of what is out of reach."""
 Faults: TypeAlias = tuple[Fault, ...]
+_CHECKED = 2**6
+"""States between two looks at the time: one may take longer than a state."""
 UNSAFE: Faults = ("requirement", "range")
 
 
@@ -93,7 +95,7 @@ class ExplicitFaults:
         self._time = time
         self._events = stepper.required()
         self._is_whole = not any(event.is_sampled for event in self._events)
-        self._invariants = [stepper.test(condition) for condition, _ in plant.invariants]
+        self._is_safe = stepper.every(condition for condition, _ in plant.invariants)
         self._goals = [tuple(map(stepper.test, goal.conditions)) for goal in plant.goals]
         self._numbers: dict[PlantState, int] = {}
         self._states: list[PlantState] = []
@@ -233,7 +235,8 @@ class ExplicitFaults:
             for number in range(len(self._after), limits.FAULT_STATES):
                 if number == len(self._states):
                     break
-                self._time.check()
+                if not number % _CHECKED:
+                    self._time.check()
                 self._expand(number)
             else:
                 self._time.give_up()
@@ -249,7 +252,7 @@ class ExplicitFaults:
         forced: dict[int, None] = {}
         after: dict[int, None] = {}
         state = self._states[number]
-        if not all(holds(state) for holds in self._invariants):
+        if not self._is_safe(state):
             self._failing.add(number)
             if len(self._states) > limits.FAULT_SURROUNDINGS:
                 self._ending.add(number)

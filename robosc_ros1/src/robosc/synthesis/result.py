@@ -42,6 +42,7 @@ class Solved:
     """What an engine found: guards and sizes are there at once, what explains them takes longer.
 
     Without controlled states the supervisor is empty, and ``guards`` are ignored.
+    ``opposite_order`` is that of the supervisor.
     """
 
     system: System
@@ -50,6 +51,7 @@ class Solved:
     sizes: Sizes
     guards: tuple[Guard, ...]
     progress: Progress | None = None
+    opposite_order: bool = False
 
     @property
     def nodes(self) -> int:
@@ -71,6 +73,7 @@ class Solved:
             explanations=(),
             properties=(),
             empty=empty,
+            opposite_order=self.opposite_order,
         )
 
     def explained(self) -> Supervisor:

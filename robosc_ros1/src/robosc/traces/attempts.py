@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from robosc.language.events import EventKind, Kind
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.simulate.faults import InvalidLine
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Carried, ExactStep, State, Steps

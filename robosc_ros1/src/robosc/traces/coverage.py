@@ -18,8 +18,8 @@ from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind
 from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl
-from robosc.runtime.places import told_with_stage
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.places import told_with_stage
+from robosc.runtime.core.values import Undefined
 from robosc.simulate.machines.machine import label
 from robosc.traces.deciding_atoms import Atom, DecidedCondition
 from robosc.traces.exact_steps import (

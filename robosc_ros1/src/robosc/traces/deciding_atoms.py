@@ -9,7 +9,7 @@ from typing import TypeAlias
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Aggregate, Binary, Expr, Holds, Literal, Unary
 from robosc.expr.types import BooleanType, DoubleType, IntegerType
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.traces.exact_steps import NOTHING, UNKNOWN, Carried, Function, State, function, holds
 from robosc.traces.samples import NEAR
 

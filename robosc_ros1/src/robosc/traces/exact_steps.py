@@ -42,7 +42,7 @@ from robosc.plant.acceptance import resets_of
 from robosc.plant.automaton import Event, LocalAutomaton, VariableKind
 from robosc.plant.event_values import value_parts
 from robosc.plant.logic import exact
-from robosc.runtime.values import Undefined, widen
+from robosc.runtime.core.values import Undefined, widen
 from robosc.simulate.faults import InvalidLine
 from robosc.supervisor import Supervisor
 from robosc.traces.samples import Fields

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robosc.runtime.values import NOW, jsonable
+from robosc.runtime.core.values import NOW, jsonable
 from robosc.simulate.machines.machine import label
 from robosc.simulate.values.literals import literal_text
 from robosc.traces.attempts import Attempt, attempted

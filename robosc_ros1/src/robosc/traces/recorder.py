@@ -17,9 +17,9 @@ from robosc.expr.tree import ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
 from robosc.language.events import EventKind, Kind
 from robosc.model.stages import told_stages
-from robosc.runtime.places import place_of, stage_of, stands_in
-from robosc.runtime.settings import parameter_name
-from robosc.runtime.values import NOW, Undefined, jsonable
+from robosc.runtime.core.places import place_of, stage_of, stands_in
+from robosc.runtime.core.settings import parameter_name
+from robosc.runtime.core.values import NOW, Undefined, jsonable
 from robosc.simulate.machines.execute import Execution, read_settings
 from robosc.simulate.machines.machine import Happening, label
 from robosc.simulate.machines.supervised import SupervisedExecution

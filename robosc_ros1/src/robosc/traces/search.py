@@ -19,7 +19,7 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import VariableRef
 from robosc.expr.types import IntegerType, domain
 from robosc.language.events import EventKind, Kind
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.traces.attempts import attempted
 from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused

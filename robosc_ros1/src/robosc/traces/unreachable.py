@@ -12,7 +12,7 @@ from typing import Any
 
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, PlantState, VariableKind
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.synthesis.explore import explore
 from robosc.traces.coverage import Case, Coverage, JudgedEdge
 from robosc.traces.deciding_atoms import DecidedCondition, Outcome, possible_values

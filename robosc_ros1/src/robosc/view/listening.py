@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Protocol
 
-from robosc.runtime.telemetry import dump
+from robosc.runtime.core.telemetry import dump
 from robosc.view.hub import Hub
 
 _SILENT = 3.0

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 
 from robosc.errors import UsageError
-from robosc.runtime.telemetry import dump
+from robosc.runtime.core.telemetry import dump
 from robosc.view.hub import Hub
 from robosc.view.listening import Listener
 from robosc.view.operating import OperatorDesk

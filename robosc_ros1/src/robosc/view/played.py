@@ -16,7 +16,7 @@ from robosc import limits
 from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.plant.automaton import Event
-from robosc.runtime.telemetry import dump
+from robosc.runtime.core.telemetry import dump
 from robosc.simulate.faults import LineFault
 from robosc.simulate.machines.machine import (
     CommandState,

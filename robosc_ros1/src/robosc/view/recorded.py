@@ -18,7 +18,7 @@ from robosc.emit.package.model_document import model_document
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.model import deciders, entities
-from robosc.runtime import model, telemetry, values
+from robosc.runtime.core import model, telemetry, values
 from robosc.simulate.bags import bag_files, bag_run
 from robosc.simulate.event_log import LogEntry, entry_of, read_log
 from robosc.simulate.replay import Follower

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robosc.runtime.model import Controller
-from robosc.runtime.places import places
+from robosc.runtime.core.model import Controller
+from robosc.runtime.core.places import places
 from robosc.simulate.event_log import LogEntry
 
 Json = Any

@@ -6,9 +6,9 @@ import functools
 import std_msgs.msg
 from std_msgs.msg import String
 
-from ._runtime.connections import UNSERVED
-from ._runtime.port import Port
-from ._runtime.telemetry import Outlet, dump
+from ._runtime.core.connections import UNSERVED
+from ._runtime.core.port import Port
+from ._runtime.core.telemetry import Outlet, dump
 
 try:
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

@@ -15,9 +15,9 @@ PASSED_ON = [topic for _, topic, _, _ in getattr(TABLES, "inputs", ())]
 HEARD = [*(topic for topic, _, _ in TABLES.publications), *PASSED_ON, "~/events", "~/state", *TOLD]
 """The topics of the node that the player listens to."""
 ENGINES = (
-    ("controller_engine", "commanding", "controller_engine"),
-    ("supervisor_engine", "supervising", "supervisor_engine"),
-    ("listening_engine", "monitoring", "monitor_engine"),
+    ("controller_engine", "core.commanding", "controller_engine"),
+    ("supervisor_engine", "judge.supervising", "supervisor_engine"),
+    ("listening_engine", "judge.monitoring", "monitor_engine"),
 )
 """What the node makes its engine with, by role; the module and the function of the same."""
 LOOK = 0.02
@@ -27,7 +27,7 @@ LOOK = 0.02
 def use(package, is_heard):
     """Have the node of a package made with this engine; ``is_heard`` tells whether the player has
     connected with it."""
-    port = import_module(package + "._runtime.port")
+    port = import_module(package + "._runtime.core.port")
     node = import_module(package + ".node")
     name, module, engine = next(row for row in ENGINES if hasattr(node, row[0]))
     make_engine = getattr(import_module(package + "._runtime." + module), engine)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from robosc import dotted
 from robosc.emit.controller import (
     comments,
     controller_tables,
@@ -31,7 +32,7 @@ from robosc.names import snake_case
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.conjuncts import conjuncts
 from robosc.plant.part_names import NamedExpr
-from robosc.runtime.model import Communication as Declared
+from robosc.runtime.core.model import Communication as Declared
 from robosc.supervisor import Guard, Supervisor
 
 # What the module imports or defines, and what the base class has.
@@ -155,7 +156,7 @@ class _Builder:
                 )
             ]
             for name in counting_entries(component):
-                _, _, outer = name.partition(".")
+                outer = dotted.inside(name)
                 what = f"entered or left {outer}" if outer else "entered a state"
                 entries = self.attributes.entries[name]
                 attributes.append(template_data.AttributeView(entries, "0", f"how often it {what}"))

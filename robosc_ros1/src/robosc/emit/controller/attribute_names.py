@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from robosc import dotted
 from robosc.emit.controller import naming, python
 from robosc.expr.types import EnumType
 from robosc.model.entities import Component, Robot
@@ -37,7 +38,7 @@ def attributes_of(
         for phase in c.phases.active
     }
     parameters = {
-        p.key: names.take("_".join(snake_case(part) for part in p.key.split(".")))
+        p.key: names.take("_".join(snake_case(part) for part in dotted.parts(p.key)))
         for p in robot.parameters
     }
     parts = {part.name: names.take(part.name) for part in part_names.definitions}

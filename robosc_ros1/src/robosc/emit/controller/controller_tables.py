@@ -9,7 +9,7 @@ from robosc import limits
 from robosc.emit.controller.python_literals import literal
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
-from robosc.runtime.model import Parameter
+from robosc.runtime.core.model import Parameter
 from robosc.supervisor import Supervisor
 
 
@@ -18,12 +18,12 @@ def _helpers(module: str) -> set[str]:
 
 
 _OF_RUNTIME = {
-    "functions": _helpers("functions"),
-    "model": {
+    "core.functions": _helpers("functions"),
+    "core.model": {
         "After", "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
         "Tau",
     },
-    "values": {
+    "core.values": {
         "BrokenAssumption", "Mismatch", "copied", "given", "in_range", "now", "only_field",
         "optional", "record", *_helpers("values"),
     },

@@ -11,7 +11,7 @@ from robosc.emit.controller.naming import field_attribute
 from robosc.expr import traversal, tree, types
 from robosc.model.entities import Robot
 from robosc.plant import counting, logic, places, python_text
-from robosc.runtime.values import NOW
+from robosc.runtime.core.values import NOW
 
 Path = tuple[str | int, ...]
 

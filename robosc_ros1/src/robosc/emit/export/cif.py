@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from robosc import dotted
 from robosc.emit.export.cif_events import CifEvent, cif_events
 from robosc.emit.export.cif_expr import condition, in_range, update
 from robosc.emit.export.cif_names import CifScope, CifVariable
@@ -213,7 +214,7 @@ class _Writer:
         """Assignments with the value put in; those that read a missing element drop out."""
         for index, expr in edge.updates:
             variable = self.plant.variables[index]
-            component, _, name = variable.name.partition(".")
+            component, name = dotted.first(variable.name), dotted.inside(variable.name)
             value = assigned(
                 expr, occurrence.values, variable.test or VariableRef(component, name, expr.type)
             )

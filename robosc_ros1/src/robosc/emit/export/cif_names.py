@@ -12,7 +12,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from robosc import errors, names
+from robosc import dotted, errors, names
 from robosc.expr import tree, types
 from robosc.expr.traversal import walk
 from robosc.plant.automaton import EventParameter, Plant, StateVariable, VariableKind
@@ -150,8 +150,8 @@ class CifScope:
     def _variable(self, variable: StateVariable) -> CifVariable:
         test = variable.test
         if test is None:
-            component, _, wanted = variable.name.partition(".")
-            wanted = wanted.replace(".", "_").replace(" ", "_")
+            component = dotted.first(variable.name)
+            wanted = dotted.inside(variable.name).replace(".", "_").replace(" ", "_")
             type_ = self.plant.robot.variables[variable.name].type
         else:
             component, wanted, type_ = self._owner(test), _identifier(test.name), test.type
@@ -178,8 +178,9 @@ class CifScope:
         found = {part.component for part in parts if isinstance(part, tree.VariableRef)}
         if len(found) > 1:
             raise errors.UsageError(
-                f"CIF has no numbers without bounds, and '{test.name}' compares data of several"
-                " components: convert the received value by an enum, or export as JSON"
+                f"CIF has no numbers without bounds, and data of {' and '.join(sorted(found))}"
+                " are compared with each other: convert the received value by an enum, or export as"
+                " JSON"
             )
         if found:
             return found.pop()

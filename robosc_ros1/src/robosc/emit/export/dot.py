@@ -11,12 +11,13 @@ import subprocess
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from robosc import dotted
 from robosc.emit.export.pictured_transitions import as_written, pictured
 from robosc.errors import UsageError, counted
 from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Component, Robot
 from robosc.plant import automaton
-from robosc.runtime.places import place_of, stage_of
+from robosc.runtime.core.places import place_of, stage_of
 from robosc.synthesis import explore, formatting, listing
 
 _EVERY_STATE = "in every state"
@@ -138,7 +139,7 @@ def _states_in(
     boxes = {outer.name: outer.performs for outer in behaviour.composites}
     prefix = f"{inside}." if inside else ""
     paths = (s.name for s in behaviour.states if s.is_in(inside or None))
-    heads = (prefix + place_of(path).removeprefix(prefix).partition(".")[0] for path in paths)
+    heads = (prefix + dotted.first(place_of(path).removeprefix(prefix)) for path in paths)
     for path in dict.fromkeys(heads):
         name = f"{component}.{path}"
         title = path.removeprefix(prefix)

@@ -9,7 +9,7 @@ from robosc.expr import traversal, tree
 from robosc.language.events import EventKind
 from robosc.model import automata, entities
 from robosc.plant import logic, model_text
-from robosc.runtime.places import DUE, place_of
+from robosc.runtime.core.places import DUE, place_of
 from robosc.source import Span
 
 

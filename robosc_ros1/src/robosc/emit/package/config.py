@@ -20,8 +20,8 @@ from robosc.expr import tree, types
 from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.parameters import KEEPING
 from robosc.model.entities import Communication, Robot
-from robosc.runtime import model, qos, settings, shapes
-from robosc.runtime.shortening import excerpt
+from robosc.runtime.core import model, qos, settings, shapes
+from robosc.runtime.core.shortening import excerpt
 
 EVENT_LOG = "~/.ros/log/{package}.jsonl"
 OWN = "robosc.yaml"
@@ -142,7 +142,7 @@ _IN_SECONDS = ", in seconds"
 
 
 def _shape(type_: types.Type) -> Any:
-    """What is in an array or object; see :mod:`robosc.runtime.shapes`."""
+    """What is in an array or object; see :mod:`robosc.runtime.core.shapes`."""
     match type_:
         case types.ArrayType(element=element):
             return [_shape(element)]

@@ -21,7 +21,7 @@ from robosc.model import automata
 from robosc.model.entities import Component, Robot
 from robosc.plant.automaton import Plant
 from robosc.plant.model_text import to_dsl
-from robosc.runtime.places import DUE, place_of
+from robosc.runtime.core.places import DUE, place_of
 from robosc.supervisor import Supervisor
 
 Json = Any

@@ -14,7 +14,8 @@ from typing import Literal, TypeAlias
 import robosc.runtime
 from robosc.resources import templates_folder
 
-_RUNTIME_IMPORT = re.compile(r"^from [\w.]*\b_runtime\.(\w+) import", re.MULTILINE)
+_RUNTIME_IMPORT = re.compile(r"^from [\w.]*\b_runtime\.(\w+)\.(\w+) import", re.MULTILINE)
+_INSIDE_RUNTIME = re.compile(r"^from \.(?:\.(\w+))?\.?(\w+) import", re.MULTILINE)
 _SIBLING_IMPORT = re.compile(r"^from \.(\w+) import", re.MULTILINE)
 _TEST_IMPORT = re.compile(r"^from (\w+) import", re.MULTILINE)
 
@@ -64,13 +65,23 @@ def own_modules(
 def runtime_files(
     folder: str, files: Mapping[str, File], parts: Iterable[str] = ()
 ) -> dict[str, File]:
-    """The modules of the runtime that the package's files import, and ``parts`` of it that its
-    model needs."""
+    """The modules of the runtime that the package's files import, and ``parts`` of it, such as
+    ``core/ages``, that its model needs."""
     texts = (file.content for file in files.values())
-    names = [*parts, *(name for text in texts for name in _RUNTIME_IMPORT.findall(text))]
+    used = (place for text in texts for place in _RUNTIME_IMPORT.findall(text))
     source = Path(robosc.runtime.__file__).resolve().parent
-    modules = {path.stem: path for path in source.glob("*.py")}
-    return _imported(["__init__", *names], modules, _SIBLING_IMPORT, folder)
+    found: dict[str, File] = {}
+    pending = ["__init__", *parts, *(f"{part}/{name}" for part, name in used)]
+    while pending:
+        name = pending.pop()
+        path = f"{folder}/{name}.py"
+        if path not in found:
+            found[path] = File((source / f"{name}.py").read_text(encoding="utf-8"))
+            own = name.rpartition("/")[0]
+            imported = _INSIDE_RUNTIME.findall(found[path].content)
+            pending += (f"{part or own}/{module}" for part, module in imported)
+            pending += [f"{own}/__init__"] if own else []
+    return found
 
 
 def own_test_files(

@@ -15,8 +15,8 @@ from robosc.emit.package.config import Config, declared_communications, declared
 from robosc.language.events import Kind
 from robosc.model import automata, entities
 from robosc.plant.model_text import to_dsl
-from robosc.runtime import model, places, settings
-from robosc.runtime.launch_arguments import AT_LAUNCH, described, launch_arguments
+from robosc.runtime.core import model, places, settings
+from robosc.runtime.core.launch_arguments import AT_LAUNCH, described, launch_arguments
 from robosc.supervisor import Supervisor
 from robosc.synthesis.formatting import event_text
 

@@ -10,7 +10,7 @@ from robosc.emit.package import readme, target
 from robosc.emit.package.config import DEFAULTS, Config
 from robosc.emit.package.package import Mode, Package
 from robosc.model.entities import Communication, Robot
-from robosc.runtime.settings import GENERAL_RATE
+from robosc.runtime.core.settings import GENERAL_RATE
 from robosc.supervisor import Supervisor
 
 

@@ -16,7 +16,7 @@ from robosc.emit.package.package import Mode, Package
 from robosc.errors import UsageError
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
-from robosc.runtime.qos import qos_parameters
+from robosc.runtime.core.qos import qos_parameters
 from robosc.supervisor import Supervisor
 
 _FOLDERS = {

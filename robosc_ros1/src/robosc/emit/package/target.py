@@ -32,7 +32,7 @@ from robosc.emit.write.line_breaks import break_long_lines
 from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
-from robosc.runtime import settings, shapes
+from robosc.runtime.core import settings, shapes
 from robosc.supervisor import Supervisor
 
 
@@ -142,17 +142,17 @@ def _parts(controller: template_data.ControllerContext, robot: Robot, mode: Mode
     """The modules of the runtime that an engine imports when its model needs them."""
     communications = robot.communications.values()
     if robot.transforms:
-        yield "transforms"
+        yield "core/transforms"
     if any(c.max_age is not None for c in communications):
-        yield "ages"
+        yield "core/ages"
     if controller.persistent:
-        yield "persistence"
+        yield "core/persistence"
     if controller.taus:
-        yield "internal_transitions"
+        yield "core/internal_transitions"
     if mode != "monitor" and any(c.sort.served for c in communications):
-        yield "served"
+        yield "served/served_calls"
         if mode == "supervisor":
-            yield "relayed_calls"
+            yield "served/relayed_calls"
 
 
 def _data_module(source: str, sentence: str, body: str = "") -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from robosc import dotted
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.template_data import ControllerContext
 from robosc.emit.package.package_context import CommandsView, HeardView, PackageContext, TopicView
@@ -16,8 +17,8 @@ from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Robot
-from robosc.runtime.settings import parameter_name
-from robosc.runtime.unseen import unknown_attributes
+from robosc.runtime.core.settings import parameter_name
+from robosc.runtime.judge.sight import unknown_attributes
 from robosc.supervisor import Supervisor
 
 _MEANINGS = {
@@ -150,7 +151,7 @@ def monitor_readme(
 
 
 def _modules(*topics: tuple[TopicView, ...]) -> tuple[str, ...]:
-    return tuple(sorted({view.type.rpartition(".")[0] for views in topics for view in views}))
+    return tuple(sorted({dotted.around(view.type) for views in topics for view in views}))
 
 
 def decides_on_reasons(robot: Robot) -> set[str]:

@@ -130,7 +130,7 @@ def in_order(matches: list[CommandMatch]) -> list[CommandMatch]:
 
 
 def source_of(match: CommandMatch) -> str:
-    """The row of a command, see :func:`robosc.runtime.matching.command_patterns`."""
+    """The row of a command, see :func:`robosc.runtime.judge.matching.command_patterns`."""
     return ", ".join(map(literal, (match.key, match.exact, match.field)))
 
 

@@ -75,10 +75,6 @@ class Candidates:
         if self.own in self.several:
             self.own = copy_name(self.own, self.several[self.own].first)
 
-    def next_declaration(self) -> Iterator[Candidate]:
-        """What may begin behind a declaration that could end here."""
-        yield from keywords(block_words(self.context.block.kind), rank=2)
-
     # --- names -----------------------------------------------------------------------------------
 
     def _is_further_copy(self, instance: tables.Instance) -> bool:
@@ -192,8 +188,9 @@ class Candidates:
 
     def ros_folder(self) -> str:
         """Which definitions a type of the declaration that is being typed can name."""
-        behind_type = self.context.behind("type") == ":"
-        return FOLDERS.get(self.context.word(0), "msg") if behind_type else "msg"
+        first, noun = self.context.word(0), self.context.word(1)
+        folder = FOLDERS.get(f"{first} {noun}", FOLDERS.get(first, "msg"))
+        return folder if self.context.behind("type") == ":" else "msg"
 
     def is_ros_package(self, name: str) -> bool:
         return self.workspace.definitions(self.path).packages.find(name) is not None
@@ -218,13 +215,6 @@ class Candidates:
         return next((type_ for type_ in found if type_ is not None), None)
 
     # --- expressions -----------------------------------------------------------------------------
-
-    def expression_or_more(self) -> Iterator[Candidate]:
-        if ends_operand(self.context.last):
-            yield from keywords((*OPERATORS, *COMPARISONS))
-            yield from self.next_declaration()
-        else:
-            yield from self.expression(self.expected())
 
     def expected(self) -> Type | None:
         """The type on the other side of a comparison that is being typed."""
@@ -339,26 +329,3 @@ def block_words(block: str) -> list[str]:
 
 def keywords(words: Iterable[str], rank: int = 1) -> Iterator[Candidate]:
     return (Candidate(word, "keyword", rank=rank) for word in words)
-
-
-def ends_operand(word: str) -> bool:
-    """Could an expression end with this word?"""
-    is_end = word[-1:].isalnum() or word[-1:] in ("_", ")", "]", "}", '"', "'")
-    return is_end and word not in _BEFORE_OPERANDS
-
-
-_BEFORE_OPERANDS = frozenset(
-    (
-        *symbols(words=True),
-        "needs",
-        "disables",
-        "never",
-        "always",
-        "possible",
-        "while",
-        "if",
-        "do",
-        "goto",
-        "with",
-    )
-)

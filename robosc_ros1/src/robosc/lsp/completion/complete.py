@@ -1,49 +1,63 @@
-"""What can stand at a place in an unfinished model."""
+"""What can stand at a place in an unfinished model.
+
+What may follow the words before it says the grammar, in the texts of its messages: a keyword in
+quotes, or ``a type``. Which types, names and values there are comes from the model.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 
 from robosc.expr.types import ArrayType, ObjectType, Type
-from robosc.language.attributes import ATTRIBUTES, TRANSFORM, Value
-from robosc.language.events import FOLDERS
-from robosc.language.keywords import starts_of
+from robosc.language.attributes import ATTRIBUTES, Value
+from robosc.language.events import EventKind
+from robosc.language.keywords import NOTHING
 from robosc.language.reasons import REASONS
 from robosc.lsp.analysis import Workspace
-from robosc.lsp.completion import member_candidates, statement_candidates
 from robosc.lsp.completion.candidates import (
     COMPARISONS,
     EVENTS,
     OPERATORS,
     Candidate,
     block_words,
-    ends_operand,
     keywords,
     listed_events,
 )
-from robosc.lsp.interfaces import model_type
+from robosc.lsp.completion.context import WITHIN
+from robosc.lsp.completion.member_candidates import MemberCandidates
+from robosc.lsp.completion.snippets import SNIPPETS
+from robosc.lsp.interfaces import model_type, offered_types
+from robosc.model.file_resolver import FileContents
+from robosc.model.ros.interfaces import Definition
+from robosc.syntax.elements import expectations
+from robosc.syntax.grammar import block_of
 
-_TYPES = tuple(attribute for attribute in ATTRIBUTES if attribute.value is Value.TYPE)
-_DURATIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.DURATION)
-_CONDITIONS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.CONDITION)
-_WORDS = {"goals": "replace", "rate": "once", "stop": "none"}
-"""The words that are values of attributes."""
-_LABELS = {
-    word: tuple(a.name for a in ATTRIBUTES if a.required and word in a.communications)
-    for word in ("service", "action", "outgoing service", "outgoing action", TRANSFORM)
-}
-_OPTIONAL = {
-    word: tuple(a.name for a in ATTRIBUTES if word in a.communications and not a.required)
-    for word in ("incoming", "outgoing", *_LABELS)
-}
-_NOT_MESSAGES = [word for word in _LABELS if word.startswith("outgoing")]
-_STRINGS = frozenset(a.name for a in ATTRIBUTES if a.value is Value.STRING)
+_STRINGS = frozenset(("prefix", *(a.name for a in ATTRIBUTES if a.value is Value.STRING)))
+_TYPES = tuple(attribute.name for attribute in ATTRIBUTES if attribute.required)
+_LIKELY = frozenset(("needs", "disables", "if", "do", "goto"))
+"""The keywords that are offered before others."""
+_NOT_TOGETHER = (("request", "from"), ("marked", "marked"))
+_QUOTED = re.compile(r"'([a-z_]+(?: ->|:)?|:=|=|->)'")
+OPERANDS = (
+    "a value",
+    "a condition",
+    "a communication or",
+    "a rule",
+    "an array",
+    "an expression",
+    "an index",
+    "an initial value",
+)
+"""How the texts for what an operand may begin begin."""
 
+_VALUES = ("constant", "parameter", "condition", "function", "variable", "persistent")
+_SENT = ("request", "cancel")
+"""The events of what the controller sends."""
 
-def _opened(label: str) -> str | None:
-    """What is inserted for a label, if more than that: the string of one that has such a value."""
-    return f'{label}: "' if label in _STRINGS else None
+_COMMUNICATIONS = ("incoming", "outgoing", "service", "action")
+_EVENTS = {"requirement": _SENT, "prefer": _SENT, "assume": ("response",)}
 
 
 def complete(workspace: Workspace, path: str, offset: int) -> list[Candidate]:
@@ -60,290 +74,269 @@ def complete(workspace: Workspace, path: str, offset: int) -> list[Candidate]:
     return sorted(found.values(), key=lambda c: c.sort_key)
 
 
-class _Completer(member_candidates.MemberCandidates, statement_candidates.StatementCandidates):
-    """What can follow the words of a declaration, for each kind of it."""
+class _Completer(MemberCandidates):
+    """What can follow the words of a declaration."""
 
     def candidates(self) -> Iterator[Candidate]:
-        words, last = self.context.words, self.context.last
+        last, kind = self.context.last, self.context.home.kind
         if last == ".":
             yield from self.behind_dot()
-            return
-        if last == "[" and self.context.word(-2).lstrip("^") in self.several:
+        elif last == "[" and self.context.word(-2).lstrip("^") in self.several:
             yield from self.indexes()
-            return
-        if last == "/" and self.is_ros_package(self.context.word(-2)):
+        elif last == "/" and self.is_ros_package(self.context.word(-2)):
             yield from self.ros_types(self.context.word(-2), self.ros_folder())
+        elif kind == "unknown" or (kind == "file" and self.context.words):
             return
-        match self.context.block.kind:
-            case "file" | "behaviour" | "component" | "state" | "robot" | "library" | "for" if (
-                not words
-            ):
-                yield from self.beginnings()
-            case "robot" | "library" | "for":
-                yield from self.statement()
-            case "component" if words[0] in starts_of("for"):
-                yield from self.statement()
-            case "component":
-                yield from self._communication()
-            case "behaviour" | "state":
-                yield from self._behaviour()
-            case "object":
-                yield from self._object()
-            case "enum":
-                yield from self._enum()
-            case "commands":
-                yield from self.communications(
-                    listed_events(self.context.block.header) or statement_candidates.SENT
-                )
-            case "data":
-                yield from self._data()
+        elif (free := block_of(kind).items.free) is not None:
+            expected, whole = expectations(free.grammar, self.context.kinds)
+            yield from self._expected(expected)
+            if whole is not None:
+                yield from self._expected(expectations(free.grammar, "")[0])
+        elif not self.context.head:
+            yield from self._beginnings()
+        elif rule := block_of(kind).items.rules.get(self.context.head[0]):
+            expected, whole = expectations(rule.grammar, self.context.kinds)
+            yield from self._expected(expected)
+            if self.context.block.kind == "commands" and not expected:  # requirements in braces
+                yield from self.communications(_SENT)
+            if whole is not None and rule.block(whole) is None:
+                yield from keywords(block_words(kind), rank=2)
 
-    # --- communications --------------------------------------------------------------------------
+    def _beginnings(self) -> Iterator[Candidate]:
+        """What a declaration of the block can begin with, and whole declarations to fill in."""
+        block = self.context.block.kind
+        yield from keywords(block_words(block))
+        for one in SNIPPETS.get(block, ()):
+            yield Candidate(one.label, "snippet", one.meaning, one.text, rank=2)
 
-    def _communication(self) -> Iterator[Candidate]:
-        words, last = self.context.words, self.context.last
+    def _expected(self, expected: Iterable[str]) -> Iterator[Candidate]:
+        """What there is of what the grammar expects."""
+        whats = [re.split(" after | and ", text)[0] for text in expected]
+        yield from self._words([word for what in whats for word in _QUOTED.findall(what)])
+        for what in dict.fromkeys(whats):
+            if what.startswith(OPERANDS):
+                yield from self._operand(what)
+            elif what in NAMES:
+                yield from NAMES[what](self)
+
+    def _words(self, words: Sequence[str]) -> Iterator[Candidate]:
+        """Keywords, and the labels of attributes that are not given yet; types in their order."""
+        context, given = self.context, self.context.words
+        labels = [word[:-1] for word in words if word.endswith(":") and word[:-1] not in given]
+        missing = [name for name in _TYPES if name in labels and "type" not in given]
+        if "request" in given and "type" in missing:
+            missing.remove("type")
+        likely = ["prefix", *missing[: 2 if missing[:1] == ["type"] else 1]]
+        for label in labels:
+            if label in likely or label not in _TYPES:
+                text = f'{label}: "' if label in _STRINGS else None
+                yield Candidate(f"{label}:", "keyword", text=text, rank=label not in likely)
+        for word in words:
+            if context.word(0) == "on" and word in EVENTS:
+                way = "to" if word == "request" else "from"
+                yield Candidate(f"{word} {way}", "keyword")
+            elif context.word(0) == "component" and word == "with":
+                yield Candidate("with prefix:", "keyword", text='with prefix: "')
+            elif not word.endswith(":") and (context.last, word) not in _NOT_TOGETHER:
+                yield from keywords((word,), rank=word not in _LIKELY)
+
+    # --- names -----------------------------------------------------------------------------------
+
+    def _communications(self, rank: int = 1) -> Iterator[Candidate]:
+        """Those that a statement or a transition can be about."""
+        first = self.context.head[0]
+        events = listed_events(self.context.head) or _EVENTS.get(first, ("request",))
+        yield from self.communications(events, rank)
+        if first in ("on", "requirement", "prefer") and self.context.block.kind not in WITHIN:
+            yield Candidate("all", "keyword", "all commands of the robot", rank=2)
+
+    def _stopping(self) -> Iterator[Candidate]:
+        yield from self.communications(("request",))
+        yield from keywords((NOTHING,), rank=2)
+
+    def _states(self) -> Iterator[Candidate]:
+        for owner in self.owners(self.own):
+            for name, state in owner.states.items():
+                detail = " ".join(["initial"] * state.initial + ["marked"] * state.marked)
+                yield Candidate(name, "state", detail or "state", rank=0)
+
+    def _assignable(self) -> Iterator[Candidate]:
+        for owner in self.owners(self.own):
+            for name, node in owner.variable_nodes.items():
+                yield Candidate(name, "variable", node.type.span.text, f"{name} := ", rank=0)
+
+    def _types(self) -> Iterator[Candidate]:
         first = self.context.word(0)
-        noun = self.context.word(1)
-        sort = f"outgoing {noun}" if f"{first} {noun}" in _NOT_MESSAGES else first
-        if first in ("incoming", "outgoing") and len(words) == 1:
-            others = ("transform", "service", "action") if first == "outgoing" else ()
-            yield from keywords(("message", *others))
-        elif first == "behaviour":
+        if self.context.home.kind != "object":
+            yield from self.types(variable=first in _VALUES, sources=first == "datatype")
             return
-        elif first in ("constant", "parameter", "function"):
-            yield from self.value()
-        elif last == ":" and self.context.word(-2) in _DURATIONS:
-            yield from self.durations()
-        elif last == ":" and self.context.word(-2) in _WORDS:
-            yield Candidate(_WORDS[self.context.word(-2)], "keyword")
-        elif self._is_expectation():
-            yield from self._received()
-        elif last == "links":
-            yield from self.interfaces()
-        elif last == ":" and self.context.word(-2) in (a.name for a in _TYPES):
-            if sort in _LABELS and self.context.word(-2) == "type":
-                yield from self.ros_packages(FOLDERS[sort])
+        definition = self._definition()
+        field = definition and definition.field(first.lstrip("^"))
+        if field and self.context.last == ":":
+            type_ = model_type(field.type)
+            yield Candidate(type_, "object", "the type of the real field", rank=0)
+        yield from self.types(none=False)
+
+    def _libraries(self) -> Iterator[Candidate]:
+        for name in self.workspace.libraries(self.path):
+            yield Candidate(name, "library")
+
+    def _library(self) -> Iterator[FileContents]:
+        """That from which is imported, among the files that may have to do with this one."""
+        for file in self.workspace.all_files(self.path):
+            analysis = self.workspace.analysis(file)
+            contents = analysis.contents if analysis is not None else None
+            if contents and contents.scope.node.name.text == self.context.behind("from"):
+                yield contents
+
+    def _components(self) -> Iterator[Candidate]:
+        for contents in self._library():
+            for name in contents.scope.components:
+                detail = f"component of {contents.scope.node.name.text}"
+                yield Candidate(name, "component", detail, rank=0)
+
+    def _arguments(self) -> Iterator[Candidate]:
+        """What an import can set of a component and has not set yet."""
+        words = self.context.words
+        for contents in self._library():
+            owner = contents.instances.get(self.context.behind("import"))
+            for name in owner.types.values.settable if owner is not None else ():
+                if name not in words[words.index("with") :]:
+                    yield Candidate(f"{name}:", "constant", text=f"{name}: ")
+
+    def _used_types(self) -> Iterator[Candidate]:
+        for package, type_, folder in offered_types(self.workspace.definitions(self.path)):
+            text = f"{type_} from {package}"
+            yield Candidate(type_, "ROS type", f"{package} ({folder})", text)
+
+    def _used_packages(self) -> Iterator[Candidate]:
+        name = self.context.word(3)
+        for package, type_, folder in offered_types(self.workspace.definitions(self.path)):
+            if type_ in (name, name.removesuffix("Action")):
+                yield Candidate(package, "ROS package", f"{type_}.{folder}", rank=0)
             else:
-                yield from self.types()
-        elif last in ("with", ","):
-            wanted = _LABELS.get(sort, ("type",))
-            missing = [w for w in wanted if w not in words[words.index("with") :]]
-            if sort in _LABELS and sort != TRANSFORM and wanted[0] in missing:
-                missing.insert(1, "type")  # of a service or action: all of its types at once
-            labels = missing[:2] if missing[1:2] == ["type"] else missing[:1]
-            yield from (Candidate(f"{w}:", "keyword", rank=0, text=_opened(w)) for w in labels)
-            for name in _OPTIONAL.get(sort, ()):
-                if name not in words:
-                    yield Candidate(f"{name}:", "keyword", text=_opened(name))
-        elif "with" not in words:
-            if len(words) == (3 if first in ("incoming", "outgoing") else 2):
-                yield from keywords(("with",))
-        elif ends_operand(last) or last == ")":
-            yield from keywords(("links",) if sort != TRANSFORM else ())
-            yield from self.next_declaration()
+                yield Candidate(package, "ROS package", rank=2)
 
-    def _is_expectation(self) -> bool:
-        """Whether an operand may stand here, of what an attribute expects."""
-        words = self.context.words
-        labels = [word for word, colon in pairwise(words) if colon == ":"]
-        return labels[-1:] in [[name] for name in _CONDITIONS] and not (
-            self.context.last == "," or ends_operand(self.context.last)
-        )
-
-    def _received(self) -> Iterator[Candidate]:
-        """The operands of conditions that read a received value only."""
-        yield from keywords(("value", "true", "false"))
+    def _results(self) -> Iterator[Candidate]:
+        """The values of the enum of which a rule is being typed."""
         for contents in self.known:
-            yield from self.named_values(contents.types.values)
+            yield from self.values(contents.types.enum(self.context.block.name))
 
-    # --- behaviour -------------------------------------------------------------------------------
+    # --- operands --------------------------------------------------------------------------------
 
-    def _behaviour(self) -> Iterator[Candidate]:
-        words = self.context.words
-        if "state" in words[:-1]:
-            yield from self._performs(words[words.index("state") + 2 :])
-            return
-        match self.context.word(0):
-            case "persistent" if len(words) == 1:
-                yield from keywords(("variable",))
-            case "variable" | "persistent":
-                yield from self._variable()
-            case "initial" if len(words) == 1:
-                yield from keywords(("state", "marked state"))
-            case "marked" if len(words) == 1:
-                yield from keywords(("state",))
-            case "on":
-                yield from self._on()
-            case "transition":
-                guard = "else" if "else" in words else "if"
-                yield from keywords(("else",) if len(words) == 1 else ())
-                yield from self._clauses((guard, "do", "goto"))
-            case "after":
-                yield from self._after()
-
-    def _performs(self, words: tuple[str, ...]) -> Iterator[Candidate]:
-        """Behind the name of a state."""
-        if not words:
-            yield from keywords(("performs",))
-        elif words == ("performs",):
-            yield from self.communications(("request",))
-        elif "then" in words:
-            yield from self._clauses(("do", "goto"))
-        elif self.context.last == "with":
-            yield Candidate("{ }", "keyword", text="{ $0 }")
-            yield from self.expression(self.request(words[1:-1]))
-        else:
-            behind = ("meanwhile", "with", "then")
-            last = max((behind.index(word) for word in words if word in behind), default=-1)
-            yield from keywords(behind[last + 1 :])
-
-    def _after(self) -> Iterator[Candidate]:
-        if len(self.context.words) == 1:
-            yield from self.durations()
-        else:
-            yield from self._clauses(("if", "do", "goto"))
-
-    def _variable(self) -> Iterator[Candidate]:
-        words, last = self.context.words, self.context.last
-        if last == ":":
-            yield from self.types(variable=True)
-        elif last == "=":
-            type_ = self.type_named(self.context.behind(":"))
-            yield from self.values(type_)
+    def _operand(self, what: str) -> Iterator[Candidate]:
+        """What an expression can begin with."""
+        first, words = self.context.word(0), self.context.words
+        if self.context.home.kind == "enum" or ("with" in words and first in _COMMUNICATIONS):
+            # It reads what was received only.
+            yield from keywords(("value", "true", "false"))
+            for contents in self.known:
+                yield from self.named_values(contents.types.values)
+        elif what == "an initial value":
+            yield from self.values(self._wanted())
             if self.context.behind(":") == "boolean":
                 yield from keywords(("false", "true"), rank=0)
-        elif ":" in words:
-            yield Candidate("=", "keyword")
-            yield from self.next_declaration()
-
-    def _on(self) -> Iterator[Candidate]:
-        words, last = self.context.words, self.context.last
-        if last in ("on", ",") and not {"from", "to"} & {*words}:
-            for event in EVENTS:
-                way = "to" if event == "request" else "from"
-                yield Candidate(f"{event} {way}", "keyword")
-        elif not {"from", "to"} & {*words}:
-            yield from keywords(("to",) if last == "request" else ("from", "to"))
-        elif last in ("from", "to"):
-            yield from self.communications(listed_events(words))
-            yield statement_candidates.ALL_COMMANDS
         else:
-            yield from keywords(("except",) if {"if", "do", "goto"}.isdisjoint(words) else ())
-            guard = "else" if "else" in words else "if"
-            yield from keywords(("else",) if words[-2] in ("from", "to") else ())
-            yield from self._clauses((guard, "do", "goto"))
-
-    def _clauses(self, clauses: tuple[str, ...]) -> Iterator[Candidate]:
-        """The parts of a transition behind what it reacts to."""
-        words, last = self.context.words, self.context.last
-        clause = next((w for w in reversed(words) if w in clauses), "")
-        if last == "goto":
-            for owner in self.owners(self.own):
-                for name, state in owner.states.items():
-                    detail = " ".join(["initial"] * state.initial + ["marked"] * state.marked)
-                    yield Candidate(name, "state", detail or "state", rank=0)
-        elif clause == "do" and last in ("do", ","):
-            for owner in self.owners(self.own):
-                for name, node in owner.variable_nodes.items():
-                    text = f"{name} := "
-                    yield Candidate(name, "variable", node.type.span.text, text, rank=0)
-        elif clause == "do" and len(words) > 1 and last == ":=":
-            yield from self.expression(self.variable_type(self.context.word(-2)))
-        elif clause in ("if", "do") and not ends_operand(last):
-            yield from self.expression(self.expected())
-            if "error" in listed_events(words):
+            if what.startswith("a communication"):
+                yield from self._communications(rank=0)
+            yield from self.expression(self._wanted())
+            if "error" in listed_events(self.context.head):
                 yield Candidate("reason", "variable", "why it failed")
             if "reason" in (self.context.word(-2), self.context.word(-3)):  # = timeout, in { lost
                 for reason in REASONS:
                     yield Candidate(reason.word, "enum value", reason.meaning, rank=0)
-        else:
-            rest = clauses[clauses.index(clause) + 1 :] if clause else clauses
-            yield from keywords(rest, rank=0)
-            if clause in ("if", "do"):
-                yield from keywords((*OPERATORS, *COMPARISONS))
-            yield from self.next_declaration()
-
-    # --- datatypes -------------------------------------------------------------------------------
 
     def _object(self) -> Iterator[Candidate]:
+        any_data = self.context.last == "with"
+        if any_data or isinstance(self._wanted(), ObjectType):
+            yield Candidate("{ }", "keyword", text="{ $0 }", rank=any_data)
+
+    def _wanted(self) -> Type | None:
+        """The type of the value that is being typed."""
         words, last = self.context.words, self.context.last
-        if last == ":" or (len(words) > 2 and last in ("(", "array")):
-            field = self._field_type(self.context.word(0))
-            if field and last == ":":
-                yield Candidate(field, "object", "the type of the real field", rank=0)
-            yield from self.types(none=False)
-            return
-        if words and len(words) < 3:
-            return
-        name = self.context.block.name
-        for analysis in self.analyses:
-            definition = analysis.carriers.get(name)
-            contents = analysis.contents
-            node = contents.scope.datatypes.get(name) if contents is not None else None
-            present = {p.name.text for p in getattr(node, "properties", ())}
-            for field_ in definition.fields if definition is not None else ():
-                if field_.name not in present or field_.name.startswith(self.context.prefix or " "):
-                    text = f"{field_.name}: {model_type(field_.type)}"
-                    detail = f"{field_.type} of {definition.name if definition else ''}"
-                    yield Candidate(field_.name, "property", detail, text, rank=0)
+        if self.context.block.kind == "data":
+            type_ = self._data_type()
+            name = words[words.index(":") - 1] if ":" in words else ""
+            type_ = type_.property(name.lstrip("^")) if isinstance(type_, ObjectType) else None
+            return type_.element if isinstance(type_, ArrayType) and "[" in words else type_
+        if last == "with":
+            return self._sent()
+        if last == ":=":
+            return self.variable_type(self.context.word(-2))
+        if last == "=" and words[0] in _VALUES:
+            return self.type_named(self.context.behind(":"))
+        return self.expected()
 
-    def _field_type(self, name: str) -> str:
-        for analysis in self.analyses:
-            definition = analysis.carriers.get(self.context.block.name)
-            field = definition.field(name.lstrip("^")) if definition is not None else None
-            if field is not None:
-                return model_type(field.type)
-        return ""
+    def _sent(self) -> Type | None:
+        """What the command takes, or the named value is, of which the data are being typed."""
+        head = self.context.head
+        if head[0] in _VALUES:
+            return self.type_named(head[head.index("=") - 1]) if "=" in head else None
+        ends = [head.index(word) for word in ("meanwhile", "with") if word in head]
+        start = head.index("performs") if "performs" in head else 0
+        words = head[start + 1 : min(ends, default=len(head))]
+        info = self.communication_of(words)
+        if info is None and words:
+            *call, answer = (word for word in words if word != ".")
+            info = self.communication_of(tuple(call))
+            if info is not None and answer == EventKind.PROGRESS.word:
+                info = info.feedback_command()
+        return info.sent if info is not None else None
 
-    def _enum(self) -> Iterator[Candidate]:
-        words, last = self.context.words, self.context.last
-        name = self.context.block.name
-        if last == "->":
-            for contents in self.known:
-                enum = contents.types.enum(name)
-                for value in enum.values if enum is not None else ():
-                    yield Candidate(value, "enum value", f"value of {name}", rank=0)
-        elif words == ("default",):
-            yield from keywords(("->",))
-        elif not words or words[-2:-1] == ("->",):
-            yield from keywords(block_words("enum"))
-        elif ends_operand(last):
-            yield from keywords(("->", *OPERATORS, *COMPARISONS))
-        else:
-            yield from self._received()
+    # --- properties ------------------------------------------------------------------------------
 
-    # --- provided data ---------------------------------------------------------------------------
+    def _definition(self) -> Definition | None:
+        """The real definition behind the object whose properties are being typed."""
+        known = (analysis.carriers.get(self.context.block.name) for analysis in self.analyses)
+        return next((found for found in known if found is not None), None)
 
-    def _data(self) -> Iterator[Candidate]:
-        """In the braces of a provide statement."""
-        words, last = self.context.words, self.context.last
+    def _fields(self) -> Iterator[Candidate]:
+        """The fields of the real definition that an object does not have yet."""
+        definition, name = self._definition(), self.context.block.name
+        objects = [contents.scope.datatypes.get(name) for contents in self.known]
+        present = {p.name.text for node in objects[:1] for p in getattr(node, "properties", ())}
+        for field in definition.fields if definition is not None else ():
+            if field.name not in present or field.name.startswith(self.context.prefix or " "):
+                text = f"{field.name}: {model_type(field.type)}"
+                detail = f"{field.type} of {definition.name if definition else ''}"
+                yield Candidate(field.name, "property", detail, text, rank=0)
+
+    def _properties(self) -> Iterator[Candidate]:
+        """Those of the object whose braces are open."""
         type_ = self._data_type()
-        if words in ((), (",",)):
-            if isinstance(type_, ObjectType):
-                for name, inner in type_.properties:
-                    text = f"{name}: {{ $0 }}" if isinstance(inner, ObjectType) else f"{name}: "
-                    yield Candidate(name, "property", str(inner), text, rank=0)
-        elif ":" in words:
-            inner_type = None
-            if isinstance(type_, ObjectType):
-                inner_type = type_.property(words[words.index(":") - 1].lstrip("^"))
-            if isinstance(inner_type, ArrayType) and "[" in words:
-                inner_type = inner_type.element
-            if isinstance(inner_type, ObjectType) and last in (":", "[", ","):
-                yield Candidate("{ }", "keyword", text="{ $0 }", rank=0)
-            elif ends_operand(last):
-                yield from keywords((*OPERATORS, *COMPARISONS))
-            else:
-                yield from self.expression(inner_type)
+        for name, inner in type_.properties if isinstance(type_, ObjectType) else ():
+            text = f"{name}: {{ $0 }}" if isinstance(inner, ObjectType) else f"{name}: "
+            yield Candidate(name, "property", str(inner), text, rank=0)
 
     def _data_type(self) -> Type | None:
         """The type of the object whose braces are open."""
-        braces = [b for b in self.context.blocks if b.kind == "data"]
-        header = braces[0].header
-        end = header.index("with") if "with" in header else len(header)
-        start = header.index("performs") if "performs" in header else 0
-        type_ = self.request(header[start + 1 : end])
-        for brace in braces[1:]:
+        type_ = self._sent()
+        for brace in [b for b in self.context.blocks if b.kind == "data"][1:]:
             type_ = type_.property(brace.name) if isinstance(type_, ObjectType) else None
             type_ = type_.element if isinstance(type_, ArrayType) else type_
         return type_
+
+
+NAMES: Mapping[str, Callable[[_Completer], Iterable[Candidate]]] = {
+    "an operator": lambda here: keywords((*OPERATORS, *COMPARISONS), rank=2),
+    "an object": _Completer._object,
+    "the name of a communication": _Completer._communications,
+    "the name of a command": _Completer._communications,
+    "a communication, 'always' or 'never'": partial(_Completer._communications, rank=0),
+    "the name of an incoming message": _Completer._stopping,
+    "the name of a state": _Completer._states,
+    "a variable to assign to": _Completer._assignable,
+    "a duration": _Completer.durations,
+    "a type": _Completer._types,
+    "a ROS type 'package/Type'": lambda here: here.ros_packages(here.ros_folder()),
+    "the name of an interface": _Completer.interfaces,
+    "the name of a library": _Completer._libraries,
+    "the name of a component": _Completer._components,
+    "the name of a constant or parameter": _Completer._arguments,
+    "the name of the ROS type": _Completer._used_types,
+    "the name of the ROS package": _Completer._used_packages,
+    "a property name": _Completer._properties,
+    "a property name or '}'": _Completer._fields,
+    "the name of the value": _Completer._results,
+}
+"""What there is of what the grammar expects, by the text of its message."""

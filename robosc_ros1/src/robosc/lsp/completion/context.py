@@ -7,7 +7,7 @@ looked at here, and whatever is wrong further up does no harm beyond its block.
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from robosc.language import keywords, operators
 from robosc.language.tokens import STRING, Tokens, is_word, tokenize
@@ -37,6 +37,8 @@ class OpenBlock:
 class Context:
     """The open blocks around a place from outside in, and the words of its own declaration.
 
+    ``kinds`` are those of its tokens behind its first keyword, if it has one; the braces of data
+    and of commands are among them.
     ``prefix`` is the word that is being typed, from ``start`` on; it is not among ``words``.
     ``ahead`` are the words that follow soon. In a comment or a string nothing is expected:
     ``inside_text``.
@@ -48,6 +50,7 @@ class Context:
     start: int
     inside_text: bool = False
     ahead: tuple[str, ...] = ()
+    kinds: str = ""
 
     @property
     def block(self) -> OpenBlock:
@@ -65,9 +68,25 @@ class Context:
         """The word behind the first of these; empty if there is none."""
         return self.word(self.words.index(word) + 1) if word in self.words else ""
 
+    @property
+    def home(self) -> OpenBlock:
+        """The block of which the declaration is one."""
+        return next(b for b in reversed(self.blocks) if b.kind not in WITHIN)
+
+    @property
+    def head(self) -> tuple[str, ...]:
+        """The words of the declaration, up to the first brace that is open in it."""
+        return next((b.header for b in self.blocks if b.kind in WITHIN), self.words)
+
     def around(self, kind: str) -> OpenBlock | None:
         return next((b for b in reversed(self.blocks) if b.kind == kind), None)
 
+
+WITHIN = ("data", "commands")
+"""The blocks that are part of a declaration."""
+
+_WITHOUT_KEYWORDS = ("object", "enum")
+"""The blocks whose declarations begin with no keyword."""
 
 _AHEAD = 200
 """So many characters behind a place, and the rest of that line, are read as well."""
@@ -120,9 +139,12 @@ def context_at(source: Source, offset: int, landmarks: Landmarks | None = None) 
     blocks = [*opened]
     words: list[str] = []
     outer: list[list[str]] = [[] for _ in blocks[1:]]
+    first = 0
     for index, word in enumerate(tokens.texts(0, end)):
         if word == "{":
             blocks.append(_opened(blocks[-1], words))
+            if blocks[-1].kind not in WITHIN:
+                first = index + 1
             outer.append(words)
             words = []
         elif word == "}":
@@ -130,14 +152,20 @@ def context_at(source: Source, offset: int, landmarks: Landmarks | None = None) 
             if len(blocks) > 1:
                 blocks.pop()
                 words = outer.pop()
-            words = [*words, "}"] if kind in ("data", "commands") else []
+            words = [*words, "}"] if kind in WITHIN else []
+            if not words:
+                first = index + 1
             if len(blocks) == 2 and not words:
                 landmarks.add(tokens.ends[index], tuple(blocks))
         else:
             if _begins(blocks[-1].kind, word, words):
                 words = []
+                if blocks[-1].kind not in WITHIN:
+                    first = index
             words.append(word)
-    return Context(tuple(blocks), tuple(words), prefix, start, inside, ahead)
+    context = Context(tuple(blocks), tuple(words), prefix, start, inside, ahead)
+    first += context.home.kind not in _WITHOUT_KEYWORDS
+    return replace(context, kinds=tokens.kinds[first:end])
 
 
 def _is_open(tokens: Tokens, index: int, offset: int) -> bool:
@@ -160,7 +188,7 @@ def _begins(kind: str, word: str, words: list[str]) -> bool:
         return len(words) > 2 and words[1] == ":" and last not in (":", "(", "..", "-", "array")
     if kind == "enum":
         return len(words) > 1 and words[-2] == "->"
-    if kind in ("data", "commands"):
+    if kind in WITHIN:
         return word == "," and not _is_within(words, "[", "]") and not _is_within(words, "(", ")")
     if word == "for" and _is_within(words, "(", ")"):
         return False  # of an aggregate: any(s.on for s in Station)
@@ -177,10 +205,15 @@ def _is_within(words: list[str], opening: str, closing: str) -> bool:
     return words.count(opening) > words.count(closing)
 
 
+_STATEMENTS = {
+    **dict.fromkeys(("requirement", "prefer"), "commands"),
+    **dict.fromkeys(("provide", "constant", "parameter", "function"), "data"),
+}
+
+
 def _statement(header: tuple[str, ...]) -> OpenBlock | None:
     """The block in a statement; None if the words do not begin one with a block."""
-    kinds = {"requirement": "commands", "prefer": "commands", "provide": "data"}
-    kind = kinds.get(header[0]) if header else None
+    kind = _STATEMENTS.get(header[0]) if header else None
     return None if kind is None else OpenBlock(kind, "", header)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from robosc import errors, remedies, source
+from robosc import dotted, errors, remedies, source
 from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import known_condition, none_of
 from robosc.language.events import EventKind, Kind
@@ -15,7 +15,7 @@ from robosc.model.diagnostics import Report, first_of
 from robosc.model.names.communications import HEARD, report_misdirected
 from robosc.model.names.tables import CommunicationInfo, Instance
 from robosc.model.typing.compatibility import describe
-from robosc.runtime.places import place_of
+from robosc.runtime.core.places import place_of
 from robosc.syntax.nodes import Access, ElseNode, ExprNode, Name, StateNode, TauNode
 
 
@@ -274,7 +274,7 @@ def _report_hidden(
 ) -> None:
     outer, hidden = found
     where = f"all of '{outer}'" if outer else "every state"
-    name = transition.communication.rpartition(".")[2]
+    name = dotted.last(transition.communication)
     report.add(
         "hidden-transition",
         event_spans[transition.span.start, transition.event],

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from robosc import dotted
 from robosc.language.events import EventKind
 from robosc.model.automata import Behaviour, State
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.names.tables import Instance
-from robosc.runtime.places import place_of
+from robosc.runtime.core.places import place_of
 
 
 def check_reach(
@@ -22,7 +23,7 @@ def check_reach(
     steps = {state.name: _successors(state, behaviour) for state in behaviour.states}
     reached = _closure(initial, steps)
     for name, state in instance.states.items():
-        if name.rpartition(".")[0] in instance.performed:
+        if dotted.around(name) in instance.performed:
             continue  # it stands where no state can
         if reached.isdisjoint(instance.leaves(name)):
             report.add(

@@ -20,7 +20,7 @@ from robosc.model import automata, entities
 from robosc.model.diagnostics import Report
 from robosc.model.ros.interfaces import Field
 from robosc.model.typing.compatibility import default_value
-from robosc.runtime.values import NOW
+from robosc.runtime.core.values import NOW
 
 _BOOLEAN = types.BooleanType()
 _NOTHING = entities.DataObject(())

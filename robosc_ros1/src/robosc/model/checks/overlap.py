@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import combinations
 
+from robosc import dotted
 from robosc.errors import Note
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
@@ -58,7 +59,7 @@ def _reads_the_state(guards: Iterable[Expr]) -> bool:
 
 def _report(component: Component, first: Transition, second: Transition, report: Report) -> None:
     guards = [fold_text(t.guard.span.text) for t in (first, second) if t.guard and t.guard.span]
-    name = second.communication.rpartition(".")[2]
+    name = dotted.last(second.communication)
     report.add(
         "guard-overlap",
         second.span,

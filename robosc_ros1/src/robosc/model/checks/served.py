@@ -8,7 +8,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Command, Communication, Robot
 from robosc.model.ros.sent import SentData
-from robosc.runtime.places import DUE
+from robosc.runtime.core.places import DUE
 
 
 def check_served(robot: Robot, sent: SentData, report: Report) -> None:

@@ -28,7 +28,7 @@ from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import EXPECTATION, no_value, response_of
 from robosc.names import is_frame, ros_name_fault, snake_case
-from robosc.runtime import settings, transforms
+from robosc.runtime.core import settings, transforms
 from robosc.source import Span
 from robosc.syntax import nodes
 

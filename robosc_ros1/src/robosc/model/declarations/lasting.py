@@ -15,14 +15,7 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
 from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, Kind
-from robosc.model.automata import (
-    HOLDING,
-    RESTING,
-    Behaviour,
-    Lasting,
-    State,
-    Transition,
-)
+from robosc.model.automata import HOLDING, RESTING, Behaviour, Lasting, State, Transition
 from robosc.model.entities import Component, Robot
 
 

@@ -22,8 +22,8 @@ from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import no_value
-from robosc.runtime.parameter_values import LEAST_PARAMETER, MOST_PARAMETER
-from robosc.runtime.values import NOW
+from robosc.runtime.core.settings import LEAST_PARAMETER, MOST_PARAMETER
+from robosc.runtime.core.values import NOW
 from robosc.syntax import leaves, nodes
 
 
@@ -198,8 +198,8 @@ def _constant(
 
     The value of an object is a dict, that of an array a tuple.
     """
-    word = what.partition(" ")[0]
-    typer = Typer(report, types, None, no_value(f"a {word} cannot depend on a received value"))
+    kind = "constant" if what.startswith("constant") else "parameter"
+    typer = Typer(report, types, None, no_value(f"a {kind} cannot depend on a received value"))
     data = DataTyper(typer, types, report).typed(node, type_, what)
     return None if data is None else _value(data, type_, what, node.span, report)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from robosc import errors, source
+from robosc import dotted, errors, source
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
@@ -19,7 +19,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.model import automata
 from robosc.model.entities import Requirement, Robot
 from robosc.model.names.tables import PERFORMING, RETRIES, WAITING, CommunicationInfo, Instance
-from robosc.runtime.places import DUE
+from robosc.runtime.core.places import DUE
 from robosc.syntax.nodes import PerformsNode, RetryNode
 
 _BOOLEAN = BooleanType()
@@ -218,7 +218,7 @@ def count_of(path: str, node: RetryNode, instance: Instance, via: str | None) ->
     variable = automata.Variable(
         f"{path} {RETRIES}", instance.name, type_, 0, False, span=node.span
     )
-    outer = path.rpartition(".")[0]
+    outer = dotted.around(path)
     if outer:
         return Retries(variable, (outer,))
     return Retries(variable, (path,) if via is None else (path, via), path)

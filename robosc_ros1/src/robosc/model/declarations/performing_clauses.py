@@ -17,7 +17,7 @@ from robosc.model.diagnostics import Report
 from robosc.model.entities import Provide
 from robosc.model.names.groups import GroupResolver
 from robosc.model.names.tables import PERFORMING, CommunicationInfo, Instance, SymbolTable
-from robosc.runtime.places import DUE
+from robosc.runtime.core.places import DUE
 from robosc.syntax import nodes
 
 

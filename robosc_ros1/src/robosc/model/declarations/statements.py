@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import TypeAlias, TypeVar
 
-from robosc import errors, source
+from robosc import dotted, errors, source
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Expr
@@ -324,7 +324,7 @@ def check_preferences(preferences: Sequence[entities.Preference], report: Report
         TopologicalSorter(below).prepare()
     except CycleError as error:
         *_, before, last = cycle = error.args[1][::-1]
-        names = " over ".join(key.rpartition(".")[2] for key in cycle)
+        names = " over ".join(dotted.last(key) for key in cycle)
         report.add(
             "preference-cycle",
             below[before][last],

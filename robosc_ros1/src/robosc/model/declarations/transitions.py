@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from robosc import errors, remedies, source
+from robosc import dotted, errors, remedies, source
 from robosc.expr import tree, types, undefined_data
 from robosc.language.events import EventKind
 from robosc.model import automata
@@ -154,7 +154,7 @@ class TransitionResolver:
         steps = [goto] if isinstance(goto, nodes.Name) else [goto.root, *_names(goto)]
         path = _nearest_state(own, ".".join(step.text for step in steps), self.inside)
         if path is not None:
-            parts = path.split(".")
+            parts = dotted.parts(path)
             for length, step in enumerate(steps, 1 + len(parts) - len(steps)):
                 scope.names.use(step, own.states[".".join(parts[:length])], own.name)
             leaf = own.first_leaf(path)
@@ -256,5 +256,5 @@ def _nearest_state(instance: Instance, path: str, inside: str) -> str | None:
     while inside and "." not in path:
         if f"{inside}.{path}" in instance.states:
             return f"{inside}.{path}"
-        inside = inside.rpartition(".")[0]
+        inside = dotted.around(inside)
     return path if path in instance.states else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
+from robosc import dotted
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import (
     REASON,
@@ -26,14 +27,7 @@ from robosc.model.names.report_unknown import NameFaults, last_name
 from robosc.model.names.tables import RETRIES, CommunicationInfo, Instance, SymbolTable
 from robosc.model.names.value_scope import ValueScope
 from robosc.source import Span
-from robosc.syntax.nodes import (
-    Access,
-    BinaryNode,
-    FunctionNode,
-    Name,
-    StateNode,
-    ValueNode,
-)
+from robosc.syntax.nodes import Access, BinaryNode, FunctionNode, Name, StateNode, ValueNode
 
 _WHOLE = (ArrayType, ObjectType)
 
@@ -312,14 +306,14 @@ class Meanings:
                 continue
             use = self._types.scope.names.use
             performing = component.of_performing(path, access.span)
-            state = component.state(path.rpartition(".")[0] if performing else path)
+            state = component.state(dotted.around(path) if performing else path)
             if state is None:
                 continue
             use(access.root, component.declaration if component is owner else None)
             inside = state
             for step in reversed(steps[:-1] if performing else steps):
                 use(step, component.states[inside], component.name)
-                inside = inside.rpartition(".")[0]
+                inside = dotted.around(inside)
             return [performing or self._in_state(component, state, access.span)]
         return []
 

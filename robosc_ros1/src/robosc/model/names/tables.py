@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from robosc import errors, names, remedies, source
+from robosc import dotted, errors, names, remedies, source
 from robosc.expr import tree
 from robosc.expr.types import IntegerType, Type
 from robosc.language.events import (
@@ -24,7 +24,7 @@ from robosc.language.events import (
 from robosc.model import diagnostics, entities
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.names.data_directions import types_of
-from robosc.runtime.places import DUE
+from robosc.runtime.core.places import DUE
 from robosc.syntax import nodes
 
 
@@ -217,8 +217,7 @@ class Instance:
 
     def of_performing(self, path: str, span: source.Span) -> tree.Expr | None:
         """A stage of a state that performs a command, or its count of errors, if it is one."""
-        outside, _, word = path.rpartition(".")
-        outer = self.state(outside)
+        word, outer = dotted.last(path), self.state(dotted.around(path))
         if outer is None or word not in self.parts_of_performing(outer):
             return None
         if word != RETRIES:

@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from robosc import errors, source
 from robosc.expr import tree
-from robosc.expr.types import (
-    ArrayType,
-    DoubleType,
-    DurationType,
-    IntegerType,
-    ObjectType,
-    Type,
-)
+from robosc.expr.types import ArrayType, DoubleType, DurationType, IntegerType, ObjectType, Type
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Data, DataArray, DataObject
@@ -19,7 +12,7 @@ from robosc.model.names.scope import report_duplicate
 from robosc.model.ros.object_types import DURATIONS, TIMES
 from robosc.model.typing import aggregates, durations, expected, expressions
 from robosc.model.typing.compatibility import check_range, coerce, describe
-from robosc.runtime.values import NOW
+from robosc.runtime.core.values import NOW
 from robosc.syntax import nodes
 
 

@@ -9,7 +9,7 @@ from robosc.language.keywords import UNITS
 from robosc.model.diagnostics import Report
 from robosc.model.ros.object_types import DURATIONS
 from robosc.model.typing.expected import expected_type
-from robosc.runtime.settings import SHORTEST_DURATION
+from robosc.runtime.core.settings import SHORTEST_DURATION
 from robosc.source import Span
 from robosc.syntax.nodes import DurationNode, UnaryNode
 

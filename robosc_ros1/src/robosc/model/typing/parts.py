@@ -12,7 +12,7 @@ from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.typing.compatibility import describe
 from robosc.remedies import Hint
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.syntax.nodes import Access, MemberNode, Name
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from robosc.runtime.engine_parts import BoundInput
-from robosc.runtime.matching import CommandPattern, matching_command
-from robosc.runtime.monitoring import Monitoring
-from robosc.runtime.values import UNREADABLE, Mismatch
+from robosc.runtime.core.engine_parts import BoundInput
+from robosc.runtime.core.values import UNREADABLE, Mismatch
+from robosc.runtime.judge.matching import CommandPattern, matching_command
+from robosc.runtime.judge.monitoring import Monitoring
 
 _ROUNDING = 1e-6
 """Seconds, above what is lost by rounding times since 1970."""

@@ -20,25 +20,24 @@ from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Communication, Robot
 from robosc.plant.event_values import value_parts
 from robosc.progress import Progress
-from robosc.runtime.engine import Engine
-from robosc.runtime.gathering import ArrivalTime
-from robosc.runtime.lateness import Lateness
-from robosc.runtime.matching import command_patterns
-from robosc.runtime.observation import Handler, SeenAction, SeenActionOfRos2, SeenServiceOfRos2
-from robosc.runtime.recorder import Entry
-from robosc.runtime.seen import MonitorPort
-from robosc.runtime.settings import Settings
-from robosc.runtime.unseen import unknown_in
+from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.recorder import Entry
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge.gathering import ArrivalTime, Lateness
+from robosc.runtime.judge.matching import command_patterns
+from robosc.runtime.judge.observation import (
+    Handler,
+    SeenAction,
+    SeenActionOfRos2,
+    SeenServiceOfRos2,
+)
+from robosc.runtime.judge.seen import MonitorPort
+from robosc.runtime.judge.sight import unknown_in
 from robosc.simulate.bags.bag_files import Bag
 from robosc.simulate.bags.bag_monitoring import BagMonitoring, ShortWay
 from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
-from robosc.simulate.bags.recorded_transforms import (
-    FORMER_TYPE,
-    TOPICS,
-    TYPE,
-    RecordedTransforms,
-)
+from robosc.simulate.bags.recorded_transforms import FORMER_TYPE, TOPICS, TYPE, RecordedTransforms
 from robosc.simulate.bags.recorded_types import demand_type, types_of
 from robosc.simulate.bags.selected_fields import Path as FieldPath
 from robosc.simulate.faults import InvalidLine

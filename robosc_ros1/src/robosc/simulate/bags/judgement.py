@@ -11,9 +11,9 @@ from robosc.errors import UsageError, counted
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Robot
 from robosc.progress import Progress
-from robosc.runtime.reasons import reason_text
-from robosc.runtime.recorder import Entry
-from robosc.runtime.verdicts import DEPARTURE, Sort, verdicts
+from robosc.runtime.core.reasons import reason_text
+from robosc.runtime.core.recorder import Entry
+from robosc.runtime.judge.findings import DEPARTURE, Sort, verdicts
 from robosc.simulate.bags.bag_files import Bag, opened_bag
 from robosc.simulate.bags.bag_run import BagRun, Track, settings_of
 from robosc.simulate.bags.recorded_names import recorded_names

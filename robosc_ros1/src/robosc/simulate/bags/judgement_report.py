@@ -8,7 +8,7 @@ from typing import Any
 from robosc.errors import counted
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
-from robosc.runtime.verdicts import Sort
+from robosc.runtime.judge.findings import Sort
 from robosc.simulate.bags.judgement import Finding, Goals, Judgement
 from robosc.simulate.script.junit import Outcome, suite_text
 

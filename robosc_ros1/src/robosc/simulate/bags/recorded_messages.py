@@ -15,8 +15,8 @@ from typing import Any
 from robosc.errors import UsageError
 from robosc.model.ros.interfaces import Definition, FieldType
 from robosc.model.ros.recorded import definitions
-from robosc.runtime.ages import seconds_of
-from robosc.runtime.values import only_field
+from robosc.runtime.core.ages import seconds_of
+from robosc.runtime.core.values import only_field
 from robosc.simulate.bags.selected_fields import TIME, Definitions, Path, Selected, selecting
 from robosc.simulate.bags.storage import Channel
 

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from robosc.runtime import observation, transforms
-from robosc.runtime.settings import Settings
+from robosc.runtime.core import transforms
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge import observation
 from robosc.simulate.bags.bag_files import Bag
 
 TOPICS = ("/tf", "/tf_static")

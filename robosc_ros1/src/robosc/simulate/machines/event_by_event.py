@@ -16,18 +16,11 @@ from robosc import limits
 from robosc.expr import evaluation, traversal, tree, types, undefined_data
 from robosc.language.operators import MIRRORED
 from robosc.plant import acceptance, model_text
-from robosc.plant.automaton import (
-    Edge,
-    Event,
-    EventParameter,
-    Plant,
-    PlantState,
-    VariableKind,
-)
+from robosc.plant.automaton import Edge, Event, EventParameter, Plant, PlantState, VariableKind
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import value_of
 from robosc.plant.step import Values, taken_edge
-from robosc.runtime.values import Undefined, widen
+from robosc.runtime.core.values import Undefined, widen
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import machine
 from robosc.simulate.machines.reasons import reasons

@@ -23,12 +23,12 @@ from robosc.model import deciders, entities
 from robosc.plant import acceptance, event_values
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.step import valuations
-from robosc.runtime import calls, model, port, recorder, telemetry
-from robosc.runtime import model as runtime
-from robosc.runtime.commanding import controller_engine
-from robosc.runtime.engine import Engine
-from robosc.runtime.settings import ParameterError, Settings, read
-from robosc.runtime.values import Undefined, in_range
+from robosc.runtime.core import calls, model, port, recorder, telemetry
+from robosc.runtime.core import model as runtime
+from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.settings import ParameterError, Settings, read
+from robosc.runtime.core.values import Undefined, in_range
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import machine
 from robosc.simulate.machines.generated import make_controller, restore, state_of_controller

@@ -9,8 +9,8 @@ from typing import Any
 from robosc.emit.controller import assembly, naming
 from robosc.emit.package.rendering import render
 from robosc.plant.automaton import Plant, VariableKind
-from robosc.runtime.model import Controller
-from robosc.runtime.places import places, stages
+from robosc.runtime.core.model import Controller
+from robosc.runtime.core.places import places, stages
 from robosc.simulate.machines.state import SystemState
 from robosc.supervisor import Supervisor
 

@@ -10,12 +10,13 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Any, Protocol
 
+from robosc import dotted
 from robosc.errors import listing
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
 from robosc.plant import automaton, event_values, step
-from robosc.runtime.reasons import reason_text
+from robosc.runtime.core.reasons import reason_text
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.state import SystemState
 from robosc.simulate.values.event_data import Given, given_text
@@ -294,7 +295,7 @@ def _begins_label(event: automaton.Event, text: str) -> bool:
 
 def _begins(whole: str, text: str) -> bool:
     """Whether a text begins a label, or each of its parts: ``gr.re`` for ``grab.request``."""
-    parts, begun = whole.split("."), text.split(".")
+    parts, begun = dotted.parts(whole), dotted.parts(text)
     return whole.startswith(text) or (
         len(parts) == len(begun) and all(p.startswith(b) for p, b in zip(parts, begun, strict=True))
     )

@@ -12,9 +12,9 @@ from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.conjuncts import Conjunct, conjuncts
 from robosc.plant.event_values import values_read
 from robosc.plant.step import Verdict, holds, is_true, lookup, outcome, taken_edge, valuations
-from robosc.runtime.places import told_with_stage
-from robosc.runtime.reasons import UNEXPLAINED, failure_text
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.places import told_with_stage
+from robosc.runtime.core.reasons import UNEXPLAINED, failure_text
+from robosc.runtime.core.values import Undefined
 from robosc.simulate.machines.machine import Reason
 from robosc.simulate.machines.state import SystemState
 from robosc.supervisor import Guard, Supervisor

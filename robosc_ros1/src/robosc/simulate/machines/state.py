@@ -12,7 +12,7 @@ from robosc.model import entities
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.data.terms import value_of
 from robosc.plant.step import is_true
-from robosc.runtime.values import Undefined, widen
+from robosc.runtime.core.values import Undefined, widen
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,11 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
-from robosc.runtime import calls, matching, port, reasons, recorder, values
-from robosc.runtime.engine import Engine
-from robosc.runtime.settings import Settings
-from robosc.runtime.supervising import Supervising, SupervisorPort, supervisor_engine
+from robosc.runtime.core import calls, port, reasons, recorder, values
+from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.settings import Settings
+from robosc.runtime.judge import matching
+from robosc.runtime.judge.supervising import Supervising, SupervisorPort, supervisor_engine
 from robosc.simulate.machines import execute, generated, machine
 from robosc.simulate.values import event_data
 from robosc.simulate.values.drawn_values import random_raw

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from robosc.model.stages import told_stages
-from robosc.runtime.places import places, stages
+from robosc.runtime.core.places import places, stages
 from robosc.simulate.faults import InvalidLine, LineFault
 from robosc.simulate.machines.machine import Choice, CommandState, Machine, event_of_document
 from robosc.simulate.script.session import Done, Session

@@ -11,7 +11,7 @@ from typing import Any
 from robosc.errors import listing
 from robosc.expr import traversal, tree
 from robosc.plant import automaton, model_text
-from robosc.runtime import places, values
+from robosc.runtime.core import places, values
 from robosc.simulate.faults import Failed, InvalidLine
 from robosc.simulate.machines.machine import (
     EVENT_NAME,

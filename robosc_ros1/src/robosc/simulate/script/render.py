@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
+from robosc import dotted
 from robosc.errors import listing
 from robosc.expr.types import Value
 from robosc.language.events import ACTIVE
-from robosc.runtime.places import places, stage_of
+from robosc.runtime.core.places import places, stage_of
 from robosc.simulate.machines.machine import CommandState, Happening, Machine, label
 from robosc.simulate.script.session import Session
 from robosc.simulate.values.literals import literal_text
@@ -82,7 +83,7 @@ def _state_lines(machine: Machine, style: Style) -> Iterator[str]:
         stage = stage_of(state.components[component])
         variables = [stage] if stage else []
         variables += [
-            f"{key.partition('.')[2]} = {_short(value)}"
+            f"{dotted.inside(key)} = {_short(value)}"
             for key, value in state.variables.items()
             if key.startswith(f"{component}.")
         ]

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TextIO
 
-from robosc.runtime.telemetry import dump
+from robosc.runtime.core.telemetry import dump
 from robosc.simulate.faults import Failed, LineFault
 from robosc.simulate.script import documents, junit, render
 from robosc.simulate.script.session import Done, Session, code_of

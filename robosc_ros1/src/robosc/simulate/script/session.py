@@ -16,7 +16,7 @@ from robosc import errors, limits
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.model.automata import RESTING
 from robosc.plant.automaton import Event
-from robosc.runtime.places import places
+from robosc.runtime.core.places import places
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.machines import machine
 from robosc.simulate.script import expectations, trace_steps

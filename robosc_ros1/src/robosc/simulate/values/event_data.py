@@ -22,7 +22,7 @@ from robosc.plant.automaton import Event
 from robosc.plant.data.terms import type_of_part
 from robosc.plant.event_values import is_optional, value_parts, value_type
 from robosc.plant.step import Values, missing_together
-from robosc.runtime.values import Undefined, jsonable
+from robosc.runtime.core.values import Undefined, jsonable
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.values.literals import Path, Raw, literal_text
 from robosc.simulate.values.typed_values import assembled, default_part, raw_parts, typed_value

@@ -8,7 +8,7 @@ from typing import Any
 
 from robosc.expr import traversal, tree
 from robosc.plant.automaton import Event, EventParameter, Plant, StateVariable
-from robosc.runtime.values import jsonable
+from robosc.runtime.core.values import jsonable
 
 
 def value_with_classes(event: Event, value: Any) -> str:

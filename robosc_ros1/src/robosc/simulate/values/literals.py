@@ -22,7 +22,7 @@ from robosc.language.tokens import (
     pattern,
     tokenize,
 )
-from robosc.runtime.values import jsonable
+from robosc.runtime.core.values import jsonable
 from robosc.simulate.faults import InvalidLine
 
 Path: TypeAlias = tuple[str | int, ...]

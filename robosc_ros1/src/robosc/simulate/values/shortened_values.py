@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from robosc.runtime import effects, model
+from robosc.runtime.core import model, recorder
 
 
 class UnknownValue(Exception):
@@ -43,7 +43,7 @@ def apply_effect(
     Raises:
         ValueError: the controller has no such thing, or it cannot have the value.
     """
-    attributes = {place: name for name, place in effects.attribute_names(controller).items()}
+    attributes = {place: name for name, place in recorder.attribute_names(controller).items()}
     short = effect.get("shortened", [])
     for group in ("components", "variables", "communications"):
         for name, told in effect.get(group, {}).items():

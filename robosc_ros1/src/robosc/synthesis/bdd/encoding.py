@@ -21,7 +21,7 @@ from robosc.expr.tree import Binary, Expr, Leaf, Operation, Unary, ValueRef
 from robosc.expr.types import Value
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.step import missing_together
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.synthesis.bdd.arithmetic import Number, compared, number_of, of_index
 from robosc.synthesis.bdd.manager import Bdd, Manager
 from robosc.synthesis.bdd.order import ordered
@@ -165,6 +165,23 @@ class Encoding:
         """Return the set of one state."""
         return self.box({variable: (index,) for variable, index in enumerate(state)})
 
+    def states(self, states: Sequence[PlantState]) -> Bdd:
+        """Return the set of some states."""
+        downwards = self._upwards[::-1]
+
+        def build(depth: int, rows: Collection[PlantState]) -> Bdd:
+            if depth == len(downwards):
+                return self.manager.true
+            parts: dict[int, list[PlantState]] = {}
+            for row in rows:
+                parts.setdefault(row[downwards[depth]], []).append(row)
+            return self.manager.union(
+                self.value(downwards[depth], index) & build(depth + 1, some)
+                for index, some in parts.items()
+            )
+
+        return build(0, states) if states else self.manager.false
+
     def box(self, values: Mapping[int, Collection[int]]) -> Bdd:
         """Return where each of some state variables has one of the values with some indexes."""
         result = self.manager.true
@@ -260,9 +277,18 @@ class Encoding:
 
     def where(self, states: Bdd, condition: Expr) -> Bdd:
         """Return the states of a set in which a condition is true."""
+        self.manager.make_room()
         if self._piecewise and not may_be_undefined(condition):
             return self._narrowed(states, condition)
         return states & self.holds(condition)
+
+    def meets(self, states: Bdd, condition: Expr) -> bool:
+        """Whether a condition is true in some state of a set."""
+        match condition:
+            case Binary(operator="or", left=left, right=right) if self._piecewise:
+                if not may_be_undefined(condition):
+                    return self.meets(states, left) or self.meets(states, right)
+        return self.where(states, condition) != self.manager.false
 
     def _narrowed(self, states: Bdd, condition: Expr) -> Bdd:
         """Return the same; parts are applied one after the other, since all of them together can

@@ -22,7 +22,7 @@ from robosc.expr.tree import Expr, Leaf, ValueRef
 from robosc.expr.types import Value
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
 from robosc.plant.support import support
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.synthesis.bdd.sources import LeafSource
 
 _Fact: TypeAlias = tuple[int, int]

@@ -70,10 +70,10 @@ class SymbolicSystem:
         return self.encoding.pick(self.encoding.initial & ~self.solution.good)
 
     def reaches(self, condition: Expr) -> bool:
-        return self.encoding.where(self.solution.states, condition) != self._false
+        return self.encoding.meets(self.solution.states, condition)
 
     def plant_reaches(self, condition: Expr) -> bool | None:
-        return self.encoding.where(self.solution.plant_reach, condition) != self._false
+        return self.encoding.meets(self.solution.plant_reach, condition)
 
     def longest_completion(self) -> int | None:
         return self.engine.longest_completion(self.solution.states)

@@ -13,7 +13,7 @@ from functools import cached_property
 
 from robosc import limits
 from robosc.language.events import EventKind
-from robosc.plant.automaton import Plant
+from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.support import support
 from robosc.progress import Progress
 from robosc.synthesis.bdd.encoding import Encoding
@@ -109,6 +109,7 @@ class SymbolicEngine:
         invariants_first: bool = False,
     ) -> None:
         self.plant = plant
+        self.opposite_order = reverse
         self._most_nodes = most_nodes
         self._invariants_first = invariants_first
         self.encoding = Encoding(plant, memory, reverse, piecewise=invariants_first)
@@ -119,14 +120,19 @@ class SymbolicEngine:
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
         self._progress = progress
         self._plant_reach = self._explored = self.manager.false
+        self._found: Sequence[PlantState] | None = None
         self._rounds: list[tuple[Bdd, Bdd]] = []
 
     def place(self, event: EventRelation) -> int:
         """Return the position of an event in the variable order: that of its first variable."""
         return min(map(self.encoding.place, event.variables), default=0)
 
-    def solve(self) -> SymbolicSolution:
-        """Return the controlled system."""
+    def solve(self, found: Sequence[PlantState] | None = None) -> SymbolicSolution:
+        """Return the controlled system.
+
+        ``found`` are the states reached under the requirements that violate none, if known.
+        """
+        self._found = found
         true = self.manager.true
         good, starts = supremal(self)
         if not starts:
@@ -159,7 +165,8 @@ class SymbolicEngine:
         self._plant_reach = self._explored = self._forward(plain, self.manager.true)
         if not self._invariants_first:
             return self._plant_reach
-        found = self._inside_invariants()
+        known = self._found
+        found = self._inside_invariants() if known is None else self.encoding.states(known)
         self._explored = found | self._next(self._required, found)
         return found
 
@@ -315,7 +322,6 @@ class SymbolicEngine:
         left = states
         length = 0
         while left != self.manager.false:
-            self.manager.make_room()
             before = self.manager.union(
                 self.relations.preimage(disjunct, left) & left for disjunct in transitions
             )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import gc
 import time
+from collections.abc import Sequence
 from functools import partial
 
 from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import TRUE
-from robosc.plant.automaton import Plant
+from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.logic import conjunction
 from robosc.progress import Progress
 from robosc.supervisor import Guard
@@ -17,11 +18,7 @@ from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
 from robosc.synthesis.bdd.manager import load
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
-from robosc.synthesis.bdd.symbolic_engine import (
-    SymbolicEngine,
-    SymbolicSolution,
-    TooManyNodes,
-)
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution, TooManyNodes
 from robosc.synthesis.formatting import contributors
 from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
 from robosc.synthesis.guards.sum_of_products import TooLarge
@@ -37,8 +34,11 @@ def synthesize_bdd(
     progress: Progress | None = None,
     memory: int = limits.MEMORY,
     explaining: ExplanationTime | None = None,
+    found: Sequence[PlantState] | None = None,
 ) -> Solved:
     """Return the supervisor of a plant; an empty one is a result, not an error.
+
+    ``found`` are the states that are reached under the requirements and violate none, if known.
 
     Raises:
         StateSpaceError: the library is missing, or ``memory`` bytes do not suffice.
@@ -46,7 +46,7 @@ def synthesize_bdd(
     load()
     start = time.perf_counter()
     try:
-        solution = _solved(plant, progress, memory)
+        solution = _solved(plant, progress, memory, found)
         guards = []
         maker = GuardMaker(plant)
         for event in solution.engine.events:
@@ -59,12 +59,15 @@ def synthesize_bdd(
         states = solution.controlled_states
         sizes = Sizes(solution.plant_states, states, transitions)
         system = SymbolicSystem(solution, guards, time=explaining)
-        return Solved(system, "bdd", seconds, sizes, tuple(guards), progress)
+        turned = solution.engine.opposite_order
+        return Solved(system, "bdd", seconds, sizes, tuple(guards), progress, turned)
     except MemoryError:
         raise _too_large(plant, memory) from None
 
 
-def _solved(plant: Plant, progress: Progress | None, memory: int) -> SymbolicSolution:
+def _solved(
+    plant: Plant, progress: Progress | None, memory: int, found: Sequence[PlantState] | None
+) -> SymbolicSolution:
     """Return the controlled system, found in another way if the first is slow.
 
     One direction of the order of variables can take a hundred times the nodes of the other, and no
@@ -82,7 +85,7 @@ def _solved(plant: Plant, progress: Progress | None, memory: int) -> SymbolicSol
                 invariants_first=invariants_first,
             )
             try:
-                return engine.solve()
+                return engine.solve(found)
             except (TooManyNodes, MemoryError):
                 del engine
             gc.collect()  # frees the diagrams before there are others

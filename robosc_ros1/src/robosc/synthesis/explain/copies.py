@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from robosc import dotted
 from robosc.expr.traversal import operands, walk_all
 from robosc.expr.tree import VariableRef
 from robosc.names import Copy
@@ -26,7 +27,7 @@ _LONGEST = 100
 
 def copy_of(event: Event) -> Copy | None:
     """Return which copy of a component an event belongs to; None: it is that of no copy."""
-    return Copy.of(_component(event.key))
+    return Copy.of(dotted.first(event.key))
 
 
 def family_of(event: Event) -> object:
@@ -37,7 +38,7 @@ def family_of(event: Event) -> object:
     return (
         event.kind,
         copy.family,
-        event.key.partition(".")[2],
+        dotted.inside(event.key),
         event.index,
         event.path,
         event.known,
@@ -73,14 +74,10 @@ class Copies:
 def _components(variable: StateVariable) -> set[str]:
     """Return the component of a state variable; of a test of data, the only one that it reads."""
     if variable.test is None:
-        return {_component(variable.name)}
+        return {dotted.first(variable.name)}
     read = walk_all(variable.test.sides)
     found = {part.component for part in read if isinstance(part, VariableRef)}
     return found if len(found) == 1 else set()
-
-
-def _component(key: str) -> str:
-    return key.partition(".")[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +118,7 @@ def _of_family(plant: Plant, alike: Sequence[Told]) -> Explanation:
     assert copy is not None
     name = event.path
     if not event.kind.of_component:
-        name = event_text(replace(event, name=event.key.partition(".")[2]))
+        name = event_text(replace(event, name=dotted.inside(event.key)))
     copies = [c.copy for c in plant.robot.components if c.copy and c.copy.family == copy.family]
     of = f"each {copy.family}" if len(alike) == len(copies) else f"{len(alike)} of {copy.family}"
     which = f"with {copy.name}, " if any(told.copied for told in alike) else ""

@@ -8,7 +8,7 @@ from robosc.expr.types import BooleanType, Value
 from robosc.plant.automaton import Edge, LocalAutomaton, Plant, PlantState
 from robosc.plant.model_text import to_dsl
 from robosc.plant.step import lookup, taken_edge
-from robosc.runtime.values import Undefined
+from robosc.runtime.core.values import Undefined
 from robosc.supervisor import Step
 from robosc.synthesis.controlled_system import location_name
 from robosc.synthesis.explain.blocking import Cause

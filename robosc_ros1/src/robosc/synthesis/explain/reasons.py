@@ -37,13 +37,7 @@ from robosc.synthesis.controlled_system import (
 from robosc.synthesis.explain.blocking import Cause, why_blocked, why_impossible
 from robosc.synthesis.explain.copies import Copies, Told, copy_of, family_of, told_once
 from robosc.synthesis.explain.range_violation import why_out_of_range
-from robosc.synthesis.explain.starts import (
-    UNTRACED,
-    assumed,
-    lost_start,
-    nearest,
-    whereabouts,
-)
+from robosc.synthesis.explain.starts import UNTRACED, assumed, lost_start, nearest, whereabouts
 from robosc.synthesis.faults import UNSAFE, Faults, way_through_rounds
 from robosc.synthesis.formatting import event_text, quoted, trace_text
 from robosc.synthesis.time_limit import TimeIsUp

@@ -13,7 +13,7 @@ from itertools import product
 from math import prod
 from typing import TypeAlias
 
-from robosc import limits
+from robosc import dotted, limits
 from robosc.errors import Diagnostic, Severity, StateSpaceError
 from robosc.expr.traversal import walk_all
 from robosc.expr.tree import Expr, PhaseRef, StateRef, TestRef, VariableRef
@@ -164,7 +164,7 @@ def _named_alike(plant: Plant, action: Event, condition: Expr) -> frozenset[int]
 
     The state of a component that takes the request says only that the action runs.
     """
-    stem = _stem(action.name.rpartition(".")[2].rpartition("_")[2])
+    stem = _stem(dotted.last(action.name).rpartition("_")[2])
     takes_part = {automaton.component for automaton in action.automata}
     found = set()
     for part in walk_all([condition]):

@@ -22,7 +22,7 @@ from robosc.plant.data.view import sent_wholes
 from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.model_text import to_dsl
 from robosc.plant.partial_evaluation import holds
-from robosc.runtime.places import place_of
+from robosc.runtime.core.places import place_of
 from robosc.source import Span
 from robosc.supervisor import Guard
 from robosc.synthesis.compiled_steps import Stepper

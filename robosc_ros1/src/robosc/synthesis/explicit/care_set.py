@@ -15,7 +15,9 @@ from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.guards.minimise import condition_of
 from robosc.synthesis.guards.sum_of_products import Diagrams
 
-Rows: TypeAlias = frozenset[tuple[int, ...]]
+_Row: TypeAlias = tuple[int, ...]
+_Key: TypeAlias = Callable[[_Row], _Row]
+Rows: TypeAlias = frozenset[_Row]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +58,10 @@ class ExplicitCareSet:
     def separates(self, condition: Expr) -> bool:
         if not self._has(condition):
             return False
-        _, failing = self._split(self.allowed, condition)
-        holding, _ = self._split(self.refused, condition)
-        return not failing and not holding
+        key, holds = self._test(condition)
+        return all(map(holds, {*map(key, self.allowed)})) and not any(
+            map(holds, {*map(key, self.refused)})
+        )
 
     def _has(self, condition: Expr) -> bool:
         """Whether a condition reads no state variable that was projected away."""
@@ -66,19 +69,23 @@ class ExplicitCareSet:
 
     def _split(self, rows: Rows, condition: Expr) -> tuple[Rows, Rows]:
         """Return the rows in which a condition holds, and the others."""
-        read = support(self.stepper.plant, condition)
-        key = _chooser([self.variables.index(variable) for variable in read])
-        holds = self.stepper.test(condition)
-        state = list(self.stepper.plant.initial)
-
-        def test(values: Iterable[int]) -> bool:
-            for variable, value in zip(read, values, strict=True):
-                state[variable] = value
-            return holds(tuple(state))
-
-        known = {values: test(values) for values in set(map(key, rows))}
+        key, holds = self._test(condition)
+        known = {values: holds(values) for values in {*map(key, rows)}}
         inside = frozenset(row for row in rows if known[key(row)])
         return inside, rows - inside
+
+    def _test(self, condition: Expr) -> tuple[_Key, Callable[[_Row], bool]]:
+        """Return what a condition reads of a row, and whether it holds for that."""
+        read = support(self.stepper.plant, condition)
+        test = self.stepper.test(condition)
+        state = list(self.stepper.plant.initial)
+
+        def holds(values: _Row) -> bool:
+            for variable, value in zip(read, values, strict=True):
+                state[variable] = value
+            return test(tuple(state))
+
+        return _chooser([self.variables.index(variable) for variable in read]), holds
 
     def condition(self, order: Callable[[int], Any], most_steps: int) -> Expr:
         left = self
@@ -101,7 +108,7 @@ def _projected(rows: Rows, places: Sequence[int]) -> Rows:
     return frozenset(map(_chooser(places), rows))
 
 
-def _chooser(places: Sequence[int]) -> Callable[[tuple[int, ...]], tuple[int, ...]]:
+def _chooser(places: Sequence[int]) -> _Key:
     """Return a function from rows to their values at some places, as a row."""
     match places:
         case []:

@@ -1,14 +1,17 @@
 """The explicit engine: the states that the plant reaches, and the fixpoint over their numbers.
 
-A state that violates a requirement is reached, and not left: what follows is of no interest. The
-states that the plant reaches without its requirements are only counted, and that in independent
-parts, which are few where the requirements alone hold things together.
+A state that violates a requirement is not kept, only that a step leads to one: what follows is of
+no interest, and there may be ten times as many as others. The states that the plant reaches without
+its requirements are only counted, and that in independent parts, which are few where the
+requirements alone hold things together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from math import prod
 from operator import itemgetter
@@ -24,6 +27,10 @@ from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.fixpoint import supremal
 
 _States: TypeAlias = set[int]
+_UNSAFE = -1
+"""The number of all states that violate a requirement, but initial ones."""
+_FEW = 2**12
+"""Combinations of what several events read up to which these are looked up together."""
 _REPORTED = 2**6
 """States between two questions whether to go on."""
 _MOST_VALUES = 2**16
@@ -32,6 +39,17 @@ _MOST_VALUES = 2**16
 
 class TooMany(StateSpaceError):
     """There are more states than the explicit engine may visit."""
+
+
+class ManyGuarded(TooMany):
+    """Commands are restricted in more states than guards are made of one by one.
+
+    ``states`` are those that are reached under the requirements and violate none.
+    """
+
+    def __init__(self, states: Sequence[PlantState]) -> None:
+        super().__init__("there are too many states for guards from single ones")
+        self.states = states
 
 
 Limit: TypeAlias = Callable[[int, int, int], None]
@@ -61,7 +79,8 @@ class EventOutcomes:
         self.test = compiled.test
         self._compiled = compiled
         read = sorted(step_support(plant, event) | event.writes)
-        self._key: Callable[[PlantState], object] = itemgetter(*read) if read else lambda state: ()
+        self.read = frozenset(read)
+        self._key = _projection(read)
         self._known: dict[object, Outcomes] = {}
 
     def of(self, state: PlantState) -> Outcomes:
@@ -70,6 +89,11 @@ class EventOutcomes:
         if found is None:
             found = self._known[key] = self._computed(state)
         return found
+
+    def number_in(self, states: Iterable[PlantState]) -> int:
+        """Return how many steps by the event leave states that were visited."""
+        alike = Counter(map(self._key, states))
+        return sum(times * self._known[key].number for key, times in alike.items())
 
     def _computed(self, state: PlantState) -> Outcomes:
         changes: dict[tuple[tuple[int, int], ...], None] = {}
@@ -85,6 +109,44 @@ class EventOutcomes:
         return Outcomes(tuple(changes), number, leaves)
 
 
+_Projection: TypeAlias = Callable[[PlantState], object]
+_Possible: TypeAlias = list[tuple[EventOutcomes, Outcomes]]
+
+
+def _projection(variables: Sequence[int]) -> _Projection:
+    return itemgetter(*variables) if variables else lambda state: ()
+
+
+def _possible_events(
+    plant: Plant, events: Sequence[EventOutcomes]
+) -> Callable[[PlantState], Iterator[tuple[EventOutcomes, Outcomes]]]:
+    """Return what gives the events that are possible in a state of the plant, with their outcomes.
+
+    Events that read the same few variables are looked up together.
+    """
+    groups: list[tuple[frozenset[int], list[EventOutcomes]]] = []
+    for event in events:
+        together = groups[-1][0] | event.read if groups else event.read
+        if groups and prod(plant.sizes(together)) <= max(_FEW, prod(plant.sizes(event.read))):
+            groups[-1] = together, [*groups[-1][1], event]
+        else:
+            groups.append((event.read, [event]))
+    known: list[tuple[_Projection, list[EventOutcomes], dict[object, _Possible]]] = [
+        (_projection(sorted(read)), some, {}) for read, some in groups
+    ]
+
+    def possible(state: PlantState) -> Iterator[tuple[EventOutcomes, Outcomes]]:
+        for projection, some, seen in known:
+            key = projection(state)
+            found = seen.get(key)
+            if found is None:
+                every = ((event, event.of(state)) for event in some)
+                found = seen[key] = [(e, o) for e, o in every if o.changes or o.leaves]
+            yield from found
+
+    return possible
+
+
 def changed(state: PlantState, change: Iterable[tuple[int, int]]) -> PlantState:
     """Return the state with the new values of some variables."""
     after = list(state)
@@ -97,7 +159,9 @@ def changed(state: PlantState, change: Iterable[tuple[int, int]]) -> PlantState:
 class ReachedStates:
     """The states that a plant reaches under its requirements, numbered in breadth-first order.
 
-    ``after`` are the steps from each state, as pairs of the event's number and the target.
+    ``after`` are the steps from each state, as pairs of the event's number and the target; a
+    negative target violates a requirement. ``unsafe`` are those that violate one, or that something
+    uncontrollable takes to such a state or out of a range.
     """
 
     plant: Plant
@@ -123,29 +187,34 @@ def reached(
     states = list(plant.initial_states)
     numbers = {state: number for number, state in enumerate(states)}
     found = ReachedStates(plant, len(states), states, numbers)
+    possible = _possible_events(plant, events)
     steps = due = 0
     for number, state in enumerate(states):  # appended to below
         if not number % _REPORTED or steps >= due:
             due = steps + _STEPS
             limit(len(states), len(states) - number, steps)
-        if not safe(state):
+        after: list[tuple[int, int]] = []
+        if number < found.starts and not safe(state):
             found.unsafe.add(number)
             found.after.append(())
             continue
-        after: list[tuple[int, int]] = []
-        for event in events:
+        for event, outcomes in possible(state):
+            steps += 1
             if event.test is not None and not event.test(state):
                 continue
-            outcomes = event.of(state)
-            if outcomes.leaves and not event.event.controllable:
-                found.unsafe.add(number)
+            lost = outcomes.leaves
             for change in outcomes.changes:
                 target = changed(state, change)
-                place = numbers.setdefault(target, len(states))
-                if place == len(states):
-                    states.append(target)
+                place = numbers.get(target)
+                if place is None:
+                    place = numbers[target] = len(states) if safe(target) else _UNSAFE
+                    if place != _UNSAFE:
+                        states.append(target)
+                lost = lost or place == _UNSAFE
                 after.append((event.number, place))
-        steps += len(events) + len(after)
+            if lost and not event.event.controllable:
+                found.unsafe.add(number)
+        steps += len(after)
         found.after.append(tuple(after))
     limit(len(states), 0, steps)
     return found
@@ -187,6 +256,16 @@ class ExplicitSolution:
         after = self.engine.found.after
         return any(t not in self.states for number in self.states for _, t in after[number])
 
+    @cached_property
+    def keeping(self) -> Mapping[int, Collection[int]]:
+        """Per event the controlled states from which it leads to a good one."""
+        found: dict[int, set[int]] = defaultdict(set)
+        for number in self.states:
+            for event, target in self.engine.found.after[number]:
+                if target in self.good:
+                    found[event].add(number)
+        return found
+
 
 class ExplicitEngine:
     """Synthesis over the states that are reached; the sets of :mod:`robosc.synthesis.fixpoint`."""
@@ -195,10 +274,8 @@ class ExplicitEngine:
         self.plant = plant
         self.stepper = Stepper(plant)
         self.events = outcomes_of(plant, self.stepper, True)
-        invariants = [self.stepper.test(condition) for condition, _ in plant.invariants]
-        self.found = reached(
-            plant, self.events, lambda state: all(holds(state) for holds in invariants), limit
-        )
+        safe = self.stepper.every(condition for condition, _ in plant.invariants)
+        self.found = reached(plant, self.events, safe, limit)
         self._before = self._sources(lambda event: not event.branches)
         self._uncontrolled = self._sources(lambda event: not event.controllable)
         self._branching = [
@@ -213,7 +290,7 @@ class ExplicitEngine:
         before: list[list[int]] = [[] for _ in self.found.states]
         for number, after in enumerate(self.found.after):
             for event, target in after:
-                if event in chosen:
+                if event in chosen and target != _UNSAFE:
                     before[target].append(number)
         return before
 

@@ -18,8 +18,8 @@ from robosc.synthesis.explicit.explicit_engine import (
     ExplicitEngine,
     ExplicitSolution,
     Limit,
+    ManyGuarded,
     PlantStates,
-    TooMany,
 )
 from robosc.synthesis.explicit.search import ExplicitSystem
 from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
@@ -42,7 +42,7 @@ def synthesize_explicit(
     start = time.perf_counter()
     solution = ExplicitEngine(plant, limit).solve()
     if len(solution.states) > most_guarded and solution.restricted:
-        raise TooMany("there are too many states for guards from single ones")
+        raise ManyGuarded(solution.engine.found.states)
     plant_states = PlantStates(plant, parts_without_requirements(plant), limit)
     guards, transitions = _measured(solution, progress)
     sizes = Sizes(plant_states.count, len(solution.states), transitions)
@@ -74,22 +74,18 @@ def _measured(
     guards: list[Guard] = []
     transitions = 0
     events = solution.engine.events
+    states = [solution.engine.found.states[number] for number in solution.states]
     maker = GuardMaker(solution.engine.plant)
     for event in events if not solution.empty else ():
         if progress is not None:
             progress("guards", event.number, len(events))
         if not event.event.controllable:
-            transitions += _occurrences(solution, event)
+            transitions += event.number_in(states)
             continue
         places = _Places(solution, event)
         transitions += len(places.allowed) * weight(event.event)
         guards.append(maker.guard(event.event, places.inputs))
     return tuple(guards), transitions
-
-
-def _occurrences(solution: ExplicitSolution, event: EventOutcomes) -> int:
-    states = solution.engine.found.states
-    return sum(event.of(states[number]).number for number in solution.states)
 
 
 class _Places:
@@ -98,17 +94,13 @@ class _Places:
 
     def __init__(self, solution: ExplicitSolution, event: EventOutcomes) -> None:
         self._stepper = solution.engine.stepper
-        states, after = solution.engine.found.states, solution.engine.found.after
+        states = solution.engine.found.states
         own = event.number
+        keeping = solution.keeping.get(own, ())
         refused = solution.engine.refused(solution.good) if event.event.branches else set()
         self.possible = [n for n in solution.states if event.of(states[n]).changes]
         self.asked = [n for n in self.possible if event.test is None or event.test(states[n])]
-        self.allowed = {
-            n
-            for n in self.asked
-            if (n, own) not in refused
-            and any(e == own and target in solution.good for e, target in after[n])
-        }
+        self.allowed = {n for n in self.asked if n in keeping and (n, own) not in refused}
         self._states = states
 
     @property

@@ -14,16 +14,7 @@ from functools import cache
 from typing import TypeAlias
 
 from robosc.expr.traversal import walk
-from robosc.expr.tree import (
-    FALSE,
-    TRUE,
-    Binary,
-    Expr,
-    Literal,
-    TestRef,
-    Unary,
-    VariableRef,
-)
+from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Literal, TestRef, Unary, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
 from robosc.plant.automaton import Plant, StateVariable, VariableKind
 from robosc.plant.data.cases import has_value

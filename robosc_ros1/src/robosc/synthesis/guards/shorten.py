@@ -21,6 +21,7 @@ from functools import partial
 from itertools import chain
 from typing import Any, Protocol
 
+from robosc import dotted
 from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import FALSE, TRUE, Binary, Count, Expr, Unary
 from robosc.names import Copy
@@ -125,13 +126,13 @@ class GuardMaker:
             fresh = together
         if fresh is not together and _length(self._plant, fresh) < length:
             return Guard(event, fresh, required, status)
-        if (copy := Copy.of(event.key.partition(".")[0])) is not None:
+        if (copy := Copy.of(dotted.first(event.key))) is not None:
             self._extending.setdefault(_of_family(event, copy), (copy, required))
         return Guard(event, together, required, status)
 
     def _is_like_another(self, event: Event) -> bool:
         """Whether the guard of another copy extends its requirements, which are the same."""
-        copy = Copy.of(event.key.partition(".")[0])
+        copy = Copy.of(dotted.first(event.key))
         known = None if copy is None else self._extending.get(_of_family(event, copy))
         if copy is None or known is None:
             return False
@@ -141,7 +142,7 @@ class GuardMaker:
 
 def _of_family(event: Event, copy: Copy) -> object:
     """Return what a command has in common with those of other copies."""
-    return event.kind, copy.family, event.key.partition(".")[2], event.index, event.path
+    return event.kind, copy.family, dotted.inside(event.key), event.index, event.path
 
 
 def _condition(plant: Plant, event: Event, care_set: CareSet, most_steps: int = MOST_STEPS) -> Expr:

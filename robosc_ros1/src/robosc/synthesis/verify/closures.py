@@ -106,23 +106,16 @@ class Closure:
         return closed
 
     def _close_here(self, states: Bdd, inside: Bdd, stage: int) -> _Work:
-        """Close under the steps of one stage, and after each change under those further down."""
-        closed = yield states, inside, stage + 1
+        """Close under the steps of one stage, and after each round under those further down."""
         arrows = self._stages[stage].arrows
-        unchanged, turn = 0, 0
-        while unchanged < len(arrows):
-            take = arrows[turn]
-            more = self.manager.run(
-                lambda s=closed, t=take: s | (t(s) & inside),  # type: ignore[misc]
-                self._remembered.clear,
-            )
-            if more == closed:
-                unchanged += 1
-            else:
-                unchanged = 0
-                closed = yield more, inside, stage + 1
-                continue
-            turn = (turn + 1) % len(arrows)
+        before, closed = None, states
+        while closed != before:
+            before = closed = yield closed, inside, stage + 1
+            for take in arrows:
+                closed = self.manager.run(
+                    lambda s=closed, t=take: s | (t(s) & inside),  # type: ignore[misc]
+                    self._remembered.clear,
+                )
         return closed
 
     def _remember(self, task: _Task, closed: Bdd) -> None:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
+from operator import and_
 from typing import TypeAlias
 
 from robosc import limits
 from robosc.errors import StateSpaceError
-from robosc.plant.automaton import Plant, PlantGoal, PlantState, VariableKind
+from robosc.plant.automaton import PlantState, VariableKind
 from robosc.plant.support import support
-from robosc.runtime.places import path_of
+from robosc.runtime.core.places import path_of
 from robosc.supervisor import Step, Supervisor
 from robosc.synthesis.bdd.manager import remedy
 from robosc.synthesis.verify.graph import Backward, CodedGraph, Reached
@@ -32,6 +34,10 @@ _Work: TypeAlias = tuple[int, Successors, bool, bool]
 the requirements permit it.
 """
 
+_Test: TypeAlias = Callable[[PlantState], bool]
+_Invariants: TypeAlias = list[tuple[_Test, int]]
+"""Conditions that must hold, each with the number of its requirement."""
+
 # --- the search ----------------------------------------------------------------------------------
 
 
@@ -40,14 +46,8 @@ class _Goal:
     """What must remain possible, its conditions compiled."""
 
     text: str
-    condition: Callable[[PlantState], bool]
-    along: Callable[[PlantState], bool]
-    origin: Callable[[PlantState], bool]
-
-    @classmethod
-    def of(cls, plant: Plant, goal: PlantGoal) -> _Goal:
-        text = plant.robot.goals[goal.index].text
-        return cls(text, *(condition(plant, expr) for expr in goal.conditions))
+    tests: tuple[_Test, ...]
+    """What must be reached, what must hold on the way there, and from where."""
 
 
 def _lead(
@@ -86,7 +86,14 @@ class ExplicitVerifier:
         guards = {guard.event.identity: guard.expr for guard in supervisor.guards}
         self._conditions = [(e.requirement, guards.get(e.identity)) for e in plant.events]
         self._invariants = [(condition(plant, expr), index) for expr, index in plant.invariants]
-        self._goals = [_Goal.of(plant, goal) for goal in plant.goals]
+        self._touched: dict[int, _Invariants] = {}
+        """Per first label of an event, what it may come to violate where all held before."""
+        compiled = cache(partial(condition, plant))
+        self._goals = [
+            _Goal(plant.robot.goals[goal.index].text, tuple(map(compiled, goal.conditions)))
+            for goal in plant.goals
+        ]
+        self._held: dict[_Test, bytearray] = {}
         # Uncontrollable events have the first labels, so one comparison identifies them.
         self._order = sorted(range(len(plant.events)), key=lambda i: plant.events[i].controllable)
         self._labels: dict[int, int] = {}
@@ -96,6 +103,11 @@ class ExplicitVerifier:
             self._labels[event] = len(self._labelled)
             self._labelled += [(event, n) for n in range(len(self._events[event].valuations))]
             labels = range(self._labels[event], len(self._labelled))
+            self._touched[labels.start] = [
+                invariant
+                for invariant, (expr, _) in zip(self._invariants, plant.invariants, strict=True)
+                if not plant.events[event].writes.isdisjoint(support(plant, expr))
+            ]
             if plant.events[event].controllable and len(labels) > 1:
                 self._outcomes.update(dict.fromkeys(labels, labels))
         self._controllable_from = sum(not plant.events[e].controllable for e, _ in self._labelled)
@@ -137,13 +149,21 @@ class ExplicitVerifier:
         backward = Backward.of(graph)
         keepable = self._keepable(graph, backward)
         reached = Reached.of(graph)
+        # Where nothing is forbidden or lost, both searches for what blocks are the same.
+        forbidding = bool(graph.violations) or min(graph.labels, default=0) < 0
+        again = forbidding or not all(keepable)
         return Findings(
             method="explicit",
             keeps_initial=all(keepable[: graph.starts]),
             safe=self._check_safe(graph, reached),
-            nonblocking=self._check_nonblocking(graph, backward, reached),
+            nonblocking=self._check_nonblocking(graph, backward, reached)
+            if again
+            else Check("nonblocking", True),
             possible=tuple(
-                self._check_possible(goal, graph, backward, reached) for goal in self._goals
+                self._check_possible(goal, graph, backward, reached)
+                if again
+                else Check(possible_check(goal.text), True)
+                for goal in self._goals
             ),
             permissive=self._check_permissive(graph, reached, keepable),
             states=len(reached.order),
@@ -156,13 +176,16 @@ class ExplicitVerifier:
         codes = [self._coding.encode(state) for state in self._plant.initial_states]
         number = {code: n for n, code in enumerate(codes)}
         graph = CodedGraph(codes, number, len(codes), self._outcomes)
+        concerned = [self._invariants] * len(codes)
         here = 0
         while here < len(graph.codes):
             state = self._coding.decode(graph.codes[here])
-            work = self._work(state)
-            failing = self._failing(state, work)
+            failing = self._violated(state, concerned[here])
             if failing is None:
-                self._add_steps(graph, here, work)
+                work = self._work(state)
+                failing = self._escaping(work)
+            if failing is None:
+                self._add_steps(graph, here, work, concerned)
             else:
                 graph.unsafe[here] = failing
                 graph.allowed.append(0)
@@ -171,7 +194,9 @@ class ExplicitVerifier:
             here += 1
         return graph
 
-    def _add_steps(self, graph: CodedGraph, here: int, work: list[_Work]) -> None:
+    def _add_steps(
+        self, graph: CodedGraph, here: int, work: list[_Work], concerned: list[_Invariants]
+    ) -> None:
         code, allowed = graph.codes[here], 0
         codes, number = graph.codes, graph.number
         for label, successors, free, permitted in work:
@@ -187,15 +212,20 @@ class ExplicitVerifier:
                     target = number.setdefault(after, len(codes))
                     if target == len(codes):
                         codes.append(after)
+                        concerned.append(self._touched[label])
                     graph.targets.append(target)
                     graph.labels.append(label + values if free else ~(label + values))
         graph.allowed.append(allowed)
 
-    def _failing(self, state: PlantState, work: list[_Work]) -> str | None:
-        """Return why a state is unsafe in itself; None if it is safe."""
-        for holds, index in self._invariants:
+    def _violated(self, state: PlantState, concerned: _Invariants) -> str | None:
+        """Return which of some state requirements fails in a state; None if all hold."""
+        for holds, index in concerned:
             if not holds(state):
                 return f"'{self._plant.robot.requirements[index].text}' fails"
+        return None
+
+    def _escaping(self, work: list[_Work]) -> str | None:
+        """Return what may take a variable out of its range; None if nothing may."""
         for label, successors, _, _ in work:
             if successors[-1][1] is None:
                 event = self._plant.events[self._labelled[label][0]]
@@ -256,11 +286,8 @@ class ExplicitVerifier:
         all its outcomes are ``within``.
         """
         reaching = bytearray(len(within))
-        todo = [
-            number
-            for number, code in enumerate(graph.codes)
-            if within[number] and self._plant.is_marked(self._coding.decode(code))
-        ]
+        marked = self._holding(graph, self._plant.is_marked)
+        todo = [number for number, kept in enumerate(within) if kept and marked[number]]
         for number in todo:
             reaching[number] = 1
         _lead(graph, backward, within, within, forbidden, reaching, todo)
@@ -273,19 +300,24 @@ class ExplicitVerifier:
 
         ``forbidden`` is as above.
         """
-        reaching, along = bytearray(len(within)), bytearray(len(within))
-        wanted, todo = [], []
-        for number, code in enumerate(graph.codes):
-            if within[number]:
-                state = self._coding.decode(code)
-                along[number] = goal.along(state)
-                if goal.condition(state):
-                    reaching[number] = 1
-                    todo.append(number)
-                elif goal.origin(state):
-                    wanted.append(number)
+        there, along, origin = (self._holding(graph, test) for test in goal.tests)
+        reaching = bytearray(map(and_, within, there))
+        todo = [number for number, here in enumerate(reaching) if here]
+        wanted = [n for n, here in enumerate(map(and_, within, origin)) if here and not there[n]]
+        along = bytearray(map(and_, within, along))
         _lead(graph, backward, within, along, forbidden, reaching, todo)
         return [number for number in wanted if not reaching[number]]
+
+    def _holding(self, graph: CodedGraph, test: _Test) -> bytearray:
+        """Return 1 for each state in which a condition of goals, or of marking, holds; else 0."""
+        if not self._held:
+            tests = {self._plant.is_marked, *(t for goal in self._goals for t in goal.tests)}
+            self._held = {one: bytearray() for one in tests}
+            for code in graph.codes:
+                state = self._coding.decode(code)
+                for one, found in self._held.items():
+                    found.append(one(state))
+        return self._held[test]
 
     # --- the properties --------------------------------------------------------------------------
 

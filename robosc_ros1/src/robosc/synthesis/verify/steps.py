@@ -30,6 +30,7 @@ if an assignment would leave its range.
 """
 
 _CHUNK = 4096  # combinations of state variables in one cache
+_WIDE = 2**16  # combinations of what a condition reads, of which some are cached
 
 
 class Coding:
@@ -83,7 +84,9 @@ def _cached(variables: Iterable[int], of: Callable[[PlantState], T]) -> Callable
         try:
             return known[here]
         except KeyError:
-            found = known[here] = of(state)
+            found = of(state)
+            if len(known) < _CHUNK:
+                known[here] = found
             return found
 
     return cached
@@ -92,20 +95,27 @@ def _cached(variables: Iterable[int], of: Callable[[PlantState], T]) -> Callable
 def condition(plant: Plant, expr: Expr) -> Condition:
     """Return a function that evaluates a condition over the state.
 
-    If it reads few state variables, results are cached by their values; a wider condition is
-    decomposed at its operators.
+    Results are cached by the values that it reads, if there are not very many combinations; a wide
+    condition is decomposed at its operators.
     """
     variables = support(plant, expr)
-    if _size(plant, variables) > _CHUNK:
-        match expr:
-            case Unary(operator="!", operand=operand):
-                inner = condition(plant, operand)
-                return lambda state: not inner(state)
-            case Binary(operation=operation, left=left, right=right) if operation.is_lazy:
-                first, second = condition(plant, left), condition(plant, right)
-                decider, decided = operation.decider, operation.decided
-                return lambda state: decided if first(state) is decider else second(state)
-    return _cached(variables, partial(holds, plant, expr))
+    size = _size(plant, variables)
+    parts = None if size <= _CHUNK else _decomposed(plant, expr)
+    if parts is not None and size > _WIDE:
+        return parts
+    return _cached(variables, parts or partial(holds, plant, expr))
+
+
+def _decomposed(plant: Plant, expr: Expr) -> Condition | None:
+    match expr:
+        case Unary(operator="!", operand=operand):
+            inner = condition(plant, operand)
+            return lambda state: not inner(state)
+        case Binary(operation=operation, left=left, right=right) if operation.is_lazy:
+            first, second = condition(plant, left), condition(plant, right)
+            decider, decided = operation.decider, operation.decided
+            return lambda state: decided if first(state) is decider else second(state)
+    return None
 
 
 def grouped(

@@ -15,8 +15,8 @@ from __future__ import annotations
 import gc
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import Final, TypeAlias
+from functools import cached_property, partial
+from typing import Final, TypeAlias, TypeVar
 
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE
@@ -39,7 +39,8 @@ _SECONDS: Final = 0.05
 
 _MANY_NODES: Final = 2**18
 """In use in a first try: one direction of the order of variables may take a hundred times the nodes
-of the other, and no rule known tells which."""
+of the other, and no rule known tells which. That in which synthesis ended comes first."""
+_Result = TypeVar("_Result")
 _Take: TypeAlias = Callable[[Relation, Bdd, Bdd], Bdd]
 """From a relation, those of its steps that count, and a set: what they lead to, or come from."""
 
@@ -50,11 +51,23 @@ def search_by_sets(supervisor: Supervisor, progress: Progress | None = None) -> 
     Raises:
         StateSpaceError: an event or a condition reads too much, or the diagrams grow too large.
     """
-    directions, most = [False, True], _MANY_NODES
+    return _proved(supervisor, progress, _Proof.found)
+
+
+def plant_states(supervisor: Supervisor, progress: Progress | None = None) -> int:
+    """Return how many states the plant reaches without requirements; raises the same."""
+    return _proved(supervisor, progress, _Proof.plant_states)
+
+
+def _proved(
+    supervisor: Supervisor, progress: Progress | None, what: Callable[[_Proof], _Result]
+) -> _Result:
+    first = supervisor.opposite_order
+    directions, most = [first, not first], _MANY_NODES
     while directions:
         for reverse in tuple(directions):
             try:
-                return _Proof(supervisor, progress, reverse, most).found()
+                return what(_Proof(supervisor, progress, reverse, most))
             except _TooManyNodesError:
                 pass
             except MemoryError:
@@ -72,23 +85,34 @@ class _Proof:
     def __init__(
         self, supervisor: Supervisor, progress: Progress | None, reverse: bool, most_nodes: int
     ) -> None:
-        self._most_nodes = most_nodes
+        self._supervisor, self._most_nodes = supervisor, most_nodes
         self.plant: Plant = supervisor.plant
         self.sets = StateSets(self.plant, reverse)
         self.manager, self.relations = self.sets.manager, self.sets.relations
         self.false = self.manager.false
         self._progress = progress
         self._again = 0.0
-        guards = {g.event.identity: g.expr for g in supervisor.guards}
-        self.required: dict[int, Bdd] = {}
-        self.guards: dict[int, Bdd] = {}
-        for number, event in enumerate(self.plant.events):
-            free = FALSE if event.controllable else TRUE
-            guard = guards.get(event.identity, free)
-            self.guards[number] = self.sets.holds(guard)
-            self.required[number] = self.sets.holds(event.requirement or TRUE)
+
+    @cached_property
+    def guards(self) -> Mapping[int, Bdd]:
+        """Where the guard of each event holds."""
+        guards = {guard.event.identity: guard.expr for guard in self._supervisor.guards}
+        free = {
+            event.identity: FALSE if event.controllable else TRUE for event in self.plant.events
+        }
+        every = free | guards
+        return {n: self.sets.holds(every[e.identity]) for n, e in enumerate(self.plant.events)}
+
+    @cached_property
+    def required(self) -> Mapping[int, Bdd]:
+        """Where the requirement of each event holds."""
+        events = enumerate(self.plant.events)
+        return {n: self.sets.holds(event.requirement or TRUE) for n, event in events}
+
+    @cached_property
+    def unsafe(self) -> Bdd:
         failing = [~self.sets.holds(expr) for expr, _ in self.plant.invariants]
-        self.unsafe = self.manager.union([*failing, *(r.escapes for r in self.relations)])
+        return self.manager.union([*failing, *(r.escapes for r in self.relations)])
 
     def tick(self, part: Bdd, place: int) -> None:
         if self.manager.in_use > self._most_nodes:
@@ -126,10 +150,10 @@ class _Proof:
             ),
             states=sets.count(reached),
             transitions=self._transitions(reached),
-            plant_states=self._plant_states(),
+            plant_states=self.plant_states(),
         )
 
-    def _plant_states(self) -> int:
+    def plant_states(self) -> int:
         steps = [relation.steps for relation in self.relations]
         return self.sets.count(
             self._closed(self.sets.initial, self.manager.true, steps, self._image)

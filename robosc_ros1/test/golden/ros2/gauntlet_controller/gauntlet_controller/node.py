@@ -6,7 +6,7 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
-from ._runtime.commanding import controller_engine
+from ._runtime.core.commanding import controller_engine
 from .controller import GauntletController
 from .model import MODEL
 from .ros import RosPort

@@ -4,7 +4,7 @@
 import gauntlet_interfaces.msg
 import std_msgs.msg
 
-from ._runtime.shadowing import listening_engine
+from ._runtime.judge.shadowing import listening_engine
 from .controller import GauntletController
 from .model import MODEL
 from .monitor import MonitorPort

@@ -9,7 +9,7 @@ import gauntlet_interfaces.msg
 import gauntlet_interfaces.srv
 import std_msgs.msg
 
-from ._runtime.supervising import supervisor_engine
+from ._runtime.judge.supervising import supervisor_engine
 from .controller import GauntletController
 from .model import MODEL
 from .relay import RelayPort

@@ -3,7 +3,7 @@
 
 import std_msgs.msg
 
-from ._runtime.commanding import controller_engine
+from ._runtime.core.commanding import controller_engine
 from .controller import ThermostatController
 from .model import MODEL
 from .ros import RosPort

@@ -8,8 +8,8 @@ synchronise on it, a ``synchronises_`` method tells whether they enable it. The 
 References like gauntlet.rscd:1 are lines of the model.
 """
 
-from ._runtime.model import Command, Communication, Controller, Input, Requirement, Tau
-from ._runtime.values import Mismatch, divide, given, in_range, optional
+from ._runtime.core.model import Command, Communication, Controller, Input, Requirement, Tau
+from ._runtime.core.values import Mismatch, divide, given, in_range, optional
 
 
 def front(value, undefined):

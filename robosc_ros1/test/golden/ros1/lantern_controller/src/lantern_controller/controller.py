@@ -8,7 +8,7 @@ synchronise on it, a ``synchronises_`` method tells whether they enable it. The 
 References like lantern.rscd:1 are lines of the model.
 """
 
-from ._runtime.model import Command, Communication, Controller, Input, Requirement, Tau
+from ._runtime.core.model import Command, Communication, Controller, Input, Requirement, Tau
 
 
 def light(value):

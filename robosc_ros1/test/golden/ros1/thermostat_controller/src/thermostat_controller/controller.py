@@ -8,8 +8,16 @@ synchronise on it, a ``synchronises_`` method tells whether they enable it. The 
 References like thermostat.rscd:1 are lines of the model.
 """
 
-from ._runtime.model import After, Command, Communication, Controller, Input, Parameter, Requirement
-from ._runtime.values import Mismatch, divide
+from ._runtime.core.model import (
+    After,
+    Command,
+    Communication,
+    Controller,
+    Input,
+    Parameter,
+    Requirement,
+)
+from ._runtime.core.values import Mismatch, divide
 
 
 def season(value, wanted):
