@@ -100,7 +100,8 @@ class Robot(PlayedRobot):
         self._connect()
         self._executor = MultiThreadedExecutor(num_threads=8)
         self._executor.add_node(node)
-        threading.Thread(target=self._spin, daemon=True).start()
+        self._spinning = threading.Thread(target=self._spin, daemon=True)
+        self._spinning.start()
 
     def _connect(self):
         """Make further connections, before the first message can arrive."""
@@ -119,6 +120,7 @@ class Robot(PlayedRobot):
 
     def close(self):
         rclpy.shutdown()
+        self._spinning.join(30.0)  # a process that ends while its middleware works is aborted
 
     def _hear(self, topic, type_, callback, profile):
         self._node.create_subscription(type_, topic, lambda message: callback(message), profile)

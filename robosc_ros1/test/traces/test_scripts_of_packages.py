@@ -10,7 +10,7 @@ import pytest
 from emit.generated_code import controller_source
 from emit.mutants import mutants
 from emit.scripted_controllers import faults_of, scripts_of, tells_apart
-from ros_support import EXAMPLES
+from ros_support import EXAMPLES, run_robosc
 
 from robosc import pipeline
 from robosc.simulate.script.run import follow_script
@@ -42,9 +42,19 @@ def test_the_generated_controller_passes(name: str) -> None:
         assert (done.exit_code, messages.getvalue()) == (0, "")
 
 
-def test_the_same_runs_are_chosen_again() -> None:
-    supervisor = supervisor_of("navigation")
-    assert scripts_of(supervisor) == scripts_of(supervisor_of("navigation"))
+@pytest.mark.parametrize(("name", "mode"), [("navigation", "controller"), ("door", "monitor")])
+def test_every_process_chooses_the_same_runs(name: str, mode: str, tmp_path: Path) -> None:
+    """Also where sets have another order."""
+    chosen = []
+    for seed in ("1", "2"):
+        words = ("generate", str(model_of(name)), "--target", "ros1", "--mode", mode)
+        folder = tmp_path / seed
+        done = run_robosc((*words, "--output", str(folder)), tmp_path, {"PYTHONHASHSEED": seed})
+        assert done.returncode == 0, done.stderr
+        files = sorted(folder.glob("*/test/scripts/*.sim"))
+        chosen.append([file.read_text(encoding="utf-8") for file in files])
+    assert chosen[0]
+    assert chosen[0] == chosen[1]
 
 
 @pytest.mark.parametrize("name", PLAYED)

@@ -22,7 +22,7 @@ from robosc.plant.part_names import LONG
 from robosc.runtime.core.places import told_with_stage
 from robosc.runtime.core.values import Undefined
 from robosc.simulate.machines.machine import label
-from robosc.traces.deciding_atoms import Atom, DecidedCondition
+from robosc.traces.deciding_atoms import Atom, DecidedCondition, filtered_in
 from robosc.traces.exact_steps import (
     NOTHING,
     Carried,
@@ -84,10 +84,9 @@ class Coverage:
             for partner in step.partners
             for location, edges in partner.edges.items()
         }
-        self._elsewhere: dict[tuple[int, str], dict[Any, JudgedEdge]] = {}
+        self._elsewhere: dict[tuple[int, str], list[JudgedEdge]] = {}
         for (number, component, _), judged in self._edges.items():
-            edges = self._elsewhere.setdefault((number, component), {})
-            edges.update((one.edge.name, one) for one in judged)
+            self._elsewhere.setdefault((number, component), []).extend(judged)
         self._provides = {
             step.number: [
                 (p, None if c is None else self._condition(p.condition or TRUE))
@@ -261,7 +260,7 @@ class Coverage:
             found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
         for partner in step.partners:
             self._see_edges(step, partner, state, carried, found, True, after)
-            self._see_stays(step, partner, state, carried, found)
+            self._see_stays(step, partner, (state, after), carried, found)
         return found
 
     def of_refusal(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
@@ -278,7 +277,7 @@ class Coverage:
         for partner in step.partners:
             found.add(("refused", step.number, partner.component, state[partner.place]))
             self._see_edges(step, partner, state, carried, found, False)
-            self._see_stays(step, partner, state, carried, found)
+            self._see_stays(step, partner, (state, state), carried, found)
         return found
 
     def allows(self, step: ExactStep, state: State, carried: Carried) -> bool:
@@ -355,13 +354,29 @@ class Coverage:
             return
 
     def _see_stays(
-        self, step: ExactStep, partner: Partner, state: State, carried: Carried, found: set[Case]
+        self,
+        step: ExactStep,
+        partner: Partner,
+        states: tuple[State, State],
+        carried: Carried,
+        found: set[Case],
     ) -> None:
-        """See which edges of other locations are not taken, though their guards hold."""
+        """See which edges of other locations are not taken, though their guards hold and internal
+        transitions would not lead on to the same."""
+        state, after = states
         here = {judged.edge.name for judged in self.edges_at(step, partner, state)}
-        for name, judged in self._elsewhere.get((step.number, partner.component), {}).items():
-            if name not in here and judged.edge.is_open(state, carried):
-                found.add(("stays", step.number, partner.component, *name))
+        elsewhere = self._elsewhere.get((step.number, partner.component), ())
+        for number, judged in enumerate(elsewhere):
+            if judged.edge.name in here or not judged.edge.is_open(state, carried):
+                continue
+            if self._end(after) != self._end(after | {partner.place: judged.edge.target}):
+                found.add(("stays", step.number, partner.component, number))
+
+    def _end(self, state: State) -> State:
+        """The state to which internal transitions lead."""
+        for _, _, after in self.steps.completed(state):
+            state = after
+        return state
 
     def edges_at(self, step: ExactStep, partner: Partner, state: State) -> Sequence[JudgedEdge]:
         """The edges of an event that leave where a component is."""
@@ -405,8 +420,9 @@ def through(step: ExactStep, before: State, after: State) -> set[Case]:
 
 
 def _joins(expr: Expr) -> bool:
-    """Whether an expression is a condition with parts."""
-    return isinstance(expr, Operation) and expr.type == BooleanType()
+    """Whether an expression is a condition with parts, or has one on elements of an array."""
+    is_condition = isinstance(expr, Operation) and expr.type == BooleanType()
+    return is_condition or bool(expr.type != BooleanType() and filtered_in(expr))
 
 
 _NEAR = {

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from dataclasses import dataclass, replace
+from itertools import compress
+from typing import Any, TypeAlias
 
 from robosc.expr.traversal import operands, walk
-from robosc.expr.tree import Aggregate, Binary, Expr, Holds, Literal, Unary
+from robosc.expr.tree import Aggregate, Binary, Expr, Holds, Literal, Unary, ValueRef
 from robosc.expr.types import BooleanType, DoubleType, IntegerType
 from robosc.runtime.core.values import Undefined
 from robosc.traces.exact_steps import NOTHING, UNKNOWN, Carried, Function, State, function, holds
@@ -20,6 +21,7 @@ Possible: TypeAlias = dict[bool, frozenset[Outcome]]
 """Where not all is known: the values that a condition may have, each with the outcomes of atoms
 that may alone decide it."""
 NEARS = ("", "at", "below", "above")
+_CHOSEN = ("chosen elements",)
 _Decision: TypeAlias = tuple[bool, tuple[tuple[int, Carried], ...]]
 
 
@@ -119,6 +121,8 @@ class DecidedCondition:
                 return joined, may
             case Aggregate(operator="any" | "all") if _is_flat(expr):
                 return self._quantified(expr)
+            case _ if expr.type != BooleanType() and (filtered := filtered_in(expr)):
+                return self._filtered(filtered[0])
         number, atom = len(self.atoms), self._atom(expr)
         self.atoms.append(atom)
         self.outer.append(atom)
@@ -190,6 +194,48 @@ class DecidedCondition:
         every = frozenset((n, v, near) for n in numbers for v in (True, False) for near in NEARS)
         return over, lambda s: dict.fromkeys(possible_values(whole, s), every)
 
+    def _filtered(
+        self, expr: Aggregate
+    ) -> tuple[Callable[[State, Carried], _Decision], Callable[[State], Possible]]:
+        """What decides of which elements a value is made; it holds where the value is defined."""
+        assert expr.condition is not None
+        first, outer = len(self.atoms), list(self.outer)
+        inner, _ = self._compiled(expr.condition)
+        numbers = range(first, len(self.atoms))
+        self.outer = outer  # which elements they are is seen in the value
+        array = function(expr.array)
+        made = function(replace(expr, array=ValueRef(_CHOSEN, expr.array.type), condition=None))
+
+        def of(items: list[Any], s: State, v: Carried) -> Any:
+            try:
+                return made(s, {**v, _CHOSEN: items})
+            except Undefined:
+                return None
+
+        def over(s: State, v: Carried) -> _Decision:
+            try:
+                items = list(array(s, v))
+            except Undefined:
+                return False, ()
+            found = [
+                inner(s, {**v, expr.variable: item, expr.position: position})
+                for position, item in enumerate(items)
+            ]
+            kept = [one for one, _ in found]
+            value = of(list(compress(items, kept)), s, v)
+            alike = {
+                (repr(item), one): n for n, (item, one) in enumerate(zip(items, kept, strict=True))
+            }
+            pairs: list[tuple[int, Carried]] = []
+            for n in alike.values():
+                others = [one is not (n == m) for m, one in enumerate(kept)]
+                if of(list(compress(items, others)), s, v) != value:
+                    pairs += found[n][1]
+            return value is not None, tuple(pairs)
+
+        every = frozenset((n, v, near) for n in numbers for v in (True, False) for near in NEARS)
+        return over, lambda s: {True: every, False: every}
+
     def _atom(self, expr: Expr) -> Atom:
         sides, step = None, 0.0
         compared = expr.operand if isinstance(expr, Holds) else expr
@@ -217,6 +263,12 @@ def possible_values(condition: Function, state: State) -> tuple[bool, ...]:
         return (condition(state, UNKNOWN) is True,)
     except (Undefined, KeyError):
         return (True, False)
+
+
+def filtered_in(expr: Expr) -> list[Aggregate]:
+    """The parts of an expression that are made of some elements of an array."""
+    found = [p for p in walk(expr) if isinstance(p, Aggregate) and p.condition is not None]
+    return [p for p in found if p.type != BooleanType() and not p.position and _is_flat(p)]
 
 
 def _is_flat(expr: Aggregate) -> bool:

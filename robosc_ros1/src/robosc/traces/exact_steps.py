@@ -439,7 +439,7 @@ class Steps:
         if not self.guards_others:
             return [s for s in self.steps if not s.event.controllable]
         found = [s for s in self.steps if not s.event.controllable]
-        found = [s for s in found if not (self.follows and self.comes_by_time(s))]
+        found = [s for s in found if not (self.follows and s.event.identity in self.by_time)]
         # A monitor may hear feedback before it knows of the goal, or not at all.
         heard = [s for s in found if not (self.follows and s.event.kind is EventKind.FEEDBACK)]
         return [s for s in (*heard, *self.commands) if s.event.key not in self.unjudged]

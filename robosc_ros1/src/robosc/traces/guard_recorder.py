@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
+from robosc.expr.tree import TRUE
 from robosc.runtime.core.values import NOW, jsonable
 from robosc.simulate.machines.machine import label
 from robosc.simulate.values.literals import literal_text
+from robosc.supervisor import Guard, Supervisor
 from robosc.traces.attempts import Attempt, attempted
-from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import NOTHING, ExactStep, State, Steps, refused
-from robosc.traces.recorder import Recorder, RunLine, ScriptedRun, _assigned
+from robosc.traces.coverage import Case
+from robosc.traces.exact_steps import NOTHING, ExactStep, State
+from robosc.traces.recorder import Recorder, RunLine, _assigned
 from robosc.traces.samples import Sample
 from robosc.traces.search import Move
 
@@ -107,51 +110,26 @@ class GuardRecorder(Recorder):
 
 
 class MonitorRecorder(GuardRecorder):
-    """One run from the start of a monitor, in which no time passes."""
+    """One run from the start of a monitor, with the clock of a supervisor that forbids nothing."""
 
-    def __init__(self, steps: Steps, coverage: Coverage, told: set[Any]) -> None:
-        self._begin(steps, coverage, told)
-        self._overdue = {}
-        self.run = ScriptedRun({})
-        cases = self._complete()
-        self._tell("", (), set(), set(), steps.initial, cases)
-
-    def _take(self, *_: Any) -> None:
-        """No clock runs."""
+    def _take(self, step: ExactStep, sample: Sample, attempt: Attempt) -> None:
+        self.machine.fire(step.event, sample.given)
+        components = self.machine.state.components
+        self.is_over |= any(place != self.state[name] for name, place in components.items())
 
     def _reasons(self) -> Iterator[str]:
         """Guards mean nothing in states that no controller allows."""
         return iter(())
 
-    def _fire(self, step: ExactStep, sample: Sample) -> None:
-        before = self.state
-        cases, assigned = self._input(step, sample)
-        if not self.is_over:
-            text = f"{label(step.event)} {sample.text}".strip()
-            staying = self._stays(step, before, cases)
-            self._tell(text, ("sent nothing",), assigned, staying, before, cases)
 
-    def _input(self, step: ExactStep, sample: Sample) -> tuple[set[Case], set[str]]:
-        parts = sample.parts
-        assigned = set(_assigned(step, self.state, parts))
-        cases: set[Case] = {("value", step.number, sample.text)}
-        after = step.after(self.state, parts)
-        if after is None and (refusal := self._steps.refusal_of(step)) is not None:
-            cases |= self._coverage.of_refusal(step, self.state, parts)
-            step, parts = refusal, refused(parts)
-            after = step.after(self.state, parts)
-        if after is None:
-            self.is_over = True
-            return cases, assigned
-        cases |= self._coverage.of_step(step, self.state, parts, after)
-        self.state = after
-        for event, others in sample.also:
-            other = self._steps.by_event[event.identity]
-            then = other.after(self.state, others)
-            if then is not None:
-                cases |= self._coverage.of_step(other, self.state, others, then)
-                self.state = then
-        return cases | self._complete(), assigned
+def permissive(supervisor: Supervisor) -> Supervisor:
+    """A supervisor that forbids and corrects nothing."""
+    plant = supervisor.plant
+    robot = replace(plant.robot, requirements=(), provides=())
+    events = [replace(event, requirements=()) for event in plant.events]
+    guards = [Guard(event, TRUE, TRUE, "as required") for event in events if event.controllable]
+    plant = replace(plant, robot=robot, events=tuple(events))
+    return replace(supervisor, plant=plant, guards=tuple(guards), explanations=())
 
 
 def _raw(sample: Sample) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from robosc.expr.tree import (
     condition_of,
 )
 from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
+from robosc.language.events import EventKind
 from robosc.model.entities import Robot, data_expressions
 from robosc.plant.automaton import Event
 from robosc.plant.logic import exact
@@ -65,10 +66,7 @@ def expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, f
                                 yield part, frozenset({(event.identity, path), event.identity})
     for event in events:
         owned += [(expr, event.identity) for expr in judging(robot, event)]
-        for automaton in event.automata:
-            for edge in automaton.edges:
-                owned += [(a.value, event.identity) for a in edge.assignments]
-                owned += [] if edge.guard is None else [(exact(edge.guard), event.identity)]
+        owned += [(expr, c) for c in _carriers(event) for _, expr, _ in _read_by(event)]
     for expr, owner in owned:
         for part in comparisons(expr):
             reads: set[Any] = set()
@@ -78,6 +76,22 @@ def expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, f
                 elif isinstance(leaf, ValueRef) and owner is not None:
                     reads |= {(owner, leaf.path), owner}
             yield part, frozenset(reads)
+
+
+def _read_by(event: Event) -> Iterator[tuple[str, Expr, str | None]]:
+    """What edges of components read, with the variable that gets it (None: it is a guard)."""
+    for automaton in event.automata:
+        for edge in automaton.edges:
+            yield from ((automaton.component, a.value, a.variable) for a in edge.assignments)
+            if edge.guard is not None:
+                yield automaton.component, exact(edge.guard), None
+
+
+def _carriers(event: Event) -> tuple[Any, ...]:
+    """The events, by identity, that bring the value of one: of an error also the answer that is not
+    as expected."""
+    answer = EventKind.RESPONSE, event.key, 0
+    return (event.identity, answer) if event.kind is EventKind.ERROR else (event.identity,)
 
 
 def judging(robot: Robot, event: Event) -> Iterator[Expr]:
@@ -117,21 +131,16 @@ def origins(robot: Robot, events: Iterable[Event]) -> dict[Any, frozenset[Any]]:
         for leaf in (leaf for expr in judging(robot, event) for leaf in walk(expr)):
             if isinstance(leaf, ValueRef):
                 found.setdefault((event.identity, leaf.path), set())
-        for automaton in event.automata:
-            for edge in automaton.edges:
-                for assignment in edge.assignments:
-                    key = f"{automaton.component}.{assignment.variable}"
-                    for leaf in walk(assignment.value):
-                        if isinstance(leaf, VariableRef):
-                            flows.setdefault(leaf.key, set()).add(key)
-                        elif isinstance(leaf, ValueRef):
-                            found.setdefault((event.identity, leaf.path), set()).add(key)
-                            found.setdefault((event.identity, None), set()).add(key)
-                if edge.guard is not None:
-                    for leaf in walk(exact(edge.guard)):
-                        if isinstance(leaf, ValueRef):
-                            found.setdefault((event.identity, leaf.path), set())
-                            found.setdefault((event.identity, None), set())
+        for component, expr, variable in _read_by(event):
+            key = f"{component}.{variable}"
+            for leaf in walk(expr):
+                if isinstance(leaf, VariableRef) and variable is not None:
+                    flows.setdefault(leaf.key, set()).add(key)
+                elif isinstance(leaf, ValueRef):
+                    for carrier in _carriers(event):
+                        for path in (leaf.path, None):
+                            names = found.setdefault((carrier, path), set())
+                            names |= set() if variable is None else {key}
     for (identity, path), names in found.items():
         pending = list(names)
         while pending:

@@ -291,7 +291,7 @@ class Recorder:
         if self.machine.stopped is not None:
             self.is_over = True
         expected = (
-            *self._applied(step, before),
+            *self._applied(step, before, parts),
             *self._expected(before, sent, assigned, self._stays(step, before, cases)),
             *self._reasons(),
         )
@@ -362,12 +362,12 @@ class Recorder:
                 sent.append((command, command.provided(self.state)[1]))
                 raise Disagreement
 
-    def _applied(self, step: ExactStep | None, before: State) -> Iterator[str]:
+    def _applied(self, step: ExactStep | None, before: State, parts: Carried) -> Iterator[str]:
         """That an answer was one."""
         calls = (Kind.SERVICE, Kind.ACTION)
         if step is None or self._robot.communications[step.event.key].kind not in calls:
             return
-        if self._steps.refusal_of(step) is None:
+        if self._steps.refusal_of(step) is None or step.after(before, parts) is not None:
             yield "applied"
 
     def _reasons(self) -> Iterator[str]:

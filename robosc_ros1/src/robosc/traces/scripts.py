@@ -23,7 +23,7 @@ from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Steps
-from robosc.traces.guard_recorder import GuardRecorder, MonitorRecorder
+from robosc.traces.guard_recorder import GuardRecorder, MonitorRecorder, permissive
 from robosc.traces.narrow_fields import KnownFields
 from robosc.traces.recorder import Recorder, ScriptedRun
 from robosc.traces.samples import Fields, Samples
@@ -79,6 +79,7 @@ def choose(
     samples = Samples(steps.robot, [s.event for s in steps.steps], steps.fields)
     search = InputGraph(steps, coverage, samples)
     search.explore()
+    judged = permissive(supervisor) if follows else supervisor
     wanted = set(search.seen)
     told: set[Any] = set()
     attempts: dict[Case, int] = {}
@@ -87,7 +88,7 @@ def choose(
     left = scaled(INPUTS, coverage)
     while wanted and len(runs) < RUNS and left > 0:
         if steps.follows:
-            recorder: Recorder = MonitorRecorder(steps, coverage, told)
+            recorder: Recorder = MonitorRecorder(judged, steps, coverage, told)
         elif steps.guards_others:
             recorder = GuardRecorder(supervisor, steps, coverage, told)
         else:

@@ -46,7 +46,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 116, 127, 40455
+SHOWN, CASES, INPUTS = 116, 127, 40496
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",

@@ -1,0 +1,106 @@
+"""What scripts show of answers that are refused, of chosen elements, of edges elsewhere, and to monitors."""
+
+from __future__ import annotations
+
+from emit.generated_code import supervisor_of
+from emit.scripted_controllers import faults_of, scripts_of
+from ros_support import EXAMPLES
+
+from robosc import pipeline
+from robosc.traces.scripts import choose
+
+REFUSED = """
+robot Refused {
+    interface heat use Heat from own_msgs
+    datatype object Nothing { x: integer }
+    datatype object Answer { success: boolean message: string }
+    component Oven {
+        service heat with expect: value.success, request: Nothing, response: Answer links heat
+        incoming message lamp with type: boolean
+        behaviour {
+            initial marked state asking {
+                on error from heat if reason = refused and value.message = "hot" goto hot
+                on error from heat else goto other
+            }
+            marked state hot {}
+            marked state other {}
+        }
+    }
+    requirement lamp needs Oven.hot
+    provide lamp with true
+    provide heat with { x: 1 }
+}
+"""
+
+
+def test_numbers_and_texts_of_refused_answers_are_sent() -> None:
+    assert any("expect sent lamp.request" in text for text in scripts_of(supervisor_of(REFUSED)))
+
+
+CHOSEN = """
+robot Chosen {
+    interface scan use Scan from own_msgs
+    datatype object Scan { ranges: array(double) }
+    component Laser {
+        outgoing message scan with type: Scan links scan
+        behaviour {
+            variable front: double
+            initial marked state on_ {
+                on response from scan do
+                    front := min(r for r in value.ranges if r > 0.05) else 0.0
+            }
+        }
+    }
+    component Base { incoming message drive with type: boolean }
+    requirement drive needs Laser.front > 0.4
+    provide drive with true
+}
+"""
+
+
+def test_what_chooses_elements_is_tried_at_its_number() -> None:
+    """The drive depends on 0.4 alone, so only the variable tells."""
+    assert faults_of(supervisor_of(CHOSEN), "r_ > 0.05", "r_ >= 0.05")
+    assert faults_of(supervisor_of(CHOSEN), "r_ > 0.05", "r_ > 0.11")
+
+
+OVERLAP = """
+robot Overlap {
+    interface trip use Trip from own_msgs
+    datatype object Nothing { x: integer }
+    component Battery {
+        outgoing message charge with type: double
+        behaviour {
+            variable level: double = 1.0
+            initial marked state on_ { on response from charge do level := value }
+        }
+    }
+    component Mission {
+        action go with request: Nothing, response: Nothing, feedback: Nothing links trip
+        action dock with request: Nothing, response: Nothing, feedback: Nothing links trip
+        behaviour {
+            initial marked state driving performs go with { x: 1 } then goto driving {
+                transition if Battery.level < 0.2 goto docking
+                retry goto driving
+            }
+            state docking performs dock with { x: 2 } then goto docked { retry goto docking }
+            marked state docked { transition if Battery.level >= 0.9 goto driving }
+        }
+    }
+}
+"""
+
+
+def test_edges_on_one_line_are_looked_at_one_by_one_where_they_would_show() -> None:
+    """Beside a low battery, an internal transition leads on to the right state at once."""
+    right = 'if self.mission == "driving performing" and self.go_cancelling:'
+    assert faults_of(supervisor_of(OVERLAP), right, "if self.go_cancelling:")
+
+
+def test_time_passes_for_monitors() -> None:
+    robot = pipeline.load(EXAMPLES / "door" / "door.rscd", pipeline.Options(supervises=True)).robot
+    traces = choose(pipeline.synthesize(robot), follows=True)
+    shown = {text for case, text in traces.cases.items() if case in traces.shown}
+    assert "position.timeout while fresh" in shown
+    silent = [line for run in traces.runs for line in run.lines if line.text.startswith("wait")]
+    assert any("position.silent" in line.expected for line in silent)
