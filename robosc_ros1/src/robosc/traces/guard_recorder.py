@@ -126,7 +126,11 @@ def permissive(supervisor: Supervisor) -> Supervisor:
     """A supervisor that forbids and corrects nothing."""
     plant = supervisor.plant
     robot = replace(plant.robot, requirements=(), provides=())
-    events = [replace(event, requirements=()) for event in plant.events]
+    wholes = {id(e): replace(e, requirements=()) for e in (x.whole for x in plant.events) if e}
+    events = [
+        replace(event, requirements=(), whole=event.whole and wholes[id(event.whole)])
+        for event in plant.events
+    ]
     guards = [Guard(event, TRUE, TRUE, "as required") for event in events if event.controllable]
     plant = replace(plant, robot=robot, events=tuple(events))
     return replace(supervisor, plant=plant, guards=tuple(guards), explanations=())
