@@ -66,6 +66,11 @@ def _mode(parser: argparse.ArgumentParser, default: Mode = "controller") -> None
     )
 
 
+def _on_models(parser: argparse.ArgumentParser) -> None:
+    _mode(parser)
+    _common(parser)
+
+
 def _parameters(parser: argparse.ArgumentParser) -> None:
     _several(parser, "--parameter", "a parameter of the model or, with --execute, any of its node")
 
@@ -83,8 +88,7 @@ def check(parser: argparse.ArgumentParser) -> None:
     )
     _flag(parser, "--watch", "check again whenever a model is saved, until Ctrl-C")
     _explain_seconds(parser)
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def new(parser: argparse.ArgumentParser) -> None:
@@ -122,8 +126,7 @@ def synthesize(parser: argparse.ArgumentParser) -> None:
         help="most states that the explicit engine visits (default: 2^20)",
     )
     _explain_seconds(parser)
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def explore(parser: argparse.ArgumentParser) -> None:
@@ -137,15 +140,13 @@ def explore(parser: argparse.ArgumentParser) -> None:
         default=100_000,
         help="refuse to print more states than this (default: 100000)",
     )
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def verify(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
     _json(parser)
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def generate(parser: argparse.ArgumentParser) -> None:
@@ -181,8 +182,7 @@ def export(parser: argparse.ArgumentParser) -> None:
     )
     _flag(parser, "--supervisor", "with cif: add the guards of the supervisor")
     _path(parser, "--output", "write there (default: standard output)")
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def format(parser: argparse.ArgumentParser) -> None:
@@ -208,8 +208,7 @@ def simulate(parser: argparse.ArgumentParser) -> None:
     )
     _path(parser, "--junit", "with --script: write the results of its expectations as JUnit XML")
     _flag(parser, "--json", "read and write JSON, a document per line")
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def report(parser: argparse.ArgumentParser) -> None:
@@ -229,8 +228,7 @@ def report(parser: argparse.ArgumentParser) -> None:
         "--output",
         "write there, as .html, .md or .json (default: Markdown on standard output)",
     )
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def replay(parser: argparse.ArgumentParser) -> None:
@@ -252,8 +250,7 @@ def replay(parser: argparse.ArgumentParser) -> None:
     )
     _path(parser, "--junit", "with a bag: write the verdicts as JUnit XML")
     _json(parser)
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def lsp(parser: argparse.ArgumentParser) -> None:
@@ -293,8 +290,7 @@ def view(parser: argparse.ArgumentParser) -> None:
         "--host", default="127.0.0.1", help="address to listen on (default: this machine only)"
     )
     parser.add_argument("--port", type=_port, default=None, help="port (default: 8642 if free)")
-    _mode(parser)
-    _common(parser)
+    _on_models(parser)
 
 
 def mcp(parser: argparse.ArgumentParser) -> None:

@@ -24,6 +24,8 @@ PERIOD = 0.1
 """Seconds between two looks whether the node shuts down."""
 ENDING = 1.7
 """Seconds for which a shutdown waits for the ends of goals that were cancelled."""
+WRITING = 1.9
+"""Seconds after its start until which it waits for what is written."""
 LAST_RESORT = 2.2
 """Seconds after the start of a shutdown at which the process is ended."""
 
@@ -57,12 +59,13 @@ def run(name, controller_type, model, defaults, tables, port_type, make_engine):
     thread = threading.Thread(target=engine.run, name="engine", daemon=True)
 
     def shut_down():
-        end = time.monotonic() + ENDING
+        begun = time.monotonic()
         engine.close()
         if thread.is_alive():
-            thread.join(0.4)
-        port.finish(settings.stop_command, end - time.monotonic())
-        reporter.close(0.2)
+            thread.join(1.0)
+        port.finish(settings.stop_command, begun + ENDING - time.monotonic())
+        # What happened last is written, too, however late its thread gets a turn.
+        reporter.close(begun + WRITING - time.monotonic())
         rospy.rostime.wallsleep(0.1)  # for the queues of the publishers
 
     rospy.on_shutdown(shut_down)

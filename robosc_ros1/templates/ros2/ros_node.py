@@ -3,6 +3,7 @@
 
 import sys
 import threading
+import time
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
@@ -17,6 +18,8 @@ from .start import Ending, on_signals
 
 ENDING = 1.6
 """Seconds for which the end of the node waits for the ends of goals that were cancelled."""
+WRITING = 1.9
+"""Seconds after it began until which it waits for what is written."""
 
 
 def run(name, *parts):
@@ -123,8 +126,10 @@ class Work:
 
     def close(self):
         """Stop all parts after pending messages were sent; return the exit code."""
+        begun = time.monotonic()
         self.engine.close()
-        self._thread.join(0.4)
-        self._port.close(ENDING)
-        self._reporter.close(0.2)
+        self._thread.join(1.0)
+        self._port.close(begun + ENDING - time.monotonic())
+        # What happened last is written, too, however late its thread gets a turn.
+        self._reporter.close(begun + WRITING - time.monotonic())
         return self._port.exit_code

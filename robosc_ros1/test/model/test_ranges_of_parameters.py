@@ -14,7 +14,7 @@ from robosc import pipeline
 from robosc.expr.evaluation import evaluate
 from robosc.expr.tree import Binary, Literal, ParameterRef, RosParameter
 from robosc.expr.types import BooleanType, DoubleType
-from robosc.model.typing.parameter_ranges import decided
+from robosc.model.typing.expressions import decided
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker

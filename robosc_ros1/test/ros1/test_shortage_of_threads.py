@@ -18,6 +18,11 @@ caller, told = %s, queue.Queue()
 begin = getattr(caller, "call", None) or caller.start
 caller.report = lambda token, kind, payload=None: told.put((token, kind))
 caller.look = lambda: None
+# A thread of rospy that finds no threads for its own connections never works again.
+topics = rospy.topics.get_topic_manager()
+ours = [t for of in (topics.pubs, topics.subs) for name, t in of.items() if "/served" in name]
+while not all(topic.has_connections() for topic in ours):
+    time.sleep(0.01)
 before = resource.getrlimit(resource.RLIMIT_NPROC)
 resource.setrlimit(resource.RLIMIT_NPROC, (1, before[1]))
 if os.getuid() == 0:

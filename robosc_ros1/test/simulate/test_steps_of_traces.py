@@ -17,7 +17,7 @@ from robosc.plant.automaton import Plant
 from robosc.plant.build import lower
 from robosc.plant.step import valuations
 from robosc.simulate.faults import InvalidLine, Refused
-from robosc.simulate.script.trace_steps import step_written
+from robosc.simulate.script.session import step_written
 from robosc.supervisor import Step
 from robosc.synthesis import explore
 from robosc.synthesis.controlled_system import make_step

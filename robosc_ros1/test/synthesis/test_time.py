@@ -169,7 +169,7 @@ def test_random_robots_with_time(engine: str, pytestconfig: pytest.Config) -> No
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
     seen = set()
-    for seed in range(first, first + (12 if count is None else count)):
+    for seed in range(first, first + (6 if count is None else count)):
         rng = random.Random(seed)
         robot = with_time(robot_of(random_model(rng, 1 + seed % 2)), rng)
         oracle = Oracle(robot)

@@ -237,9 +237,14 @@ def path_text(path: tuple[str | int, ...]) -> str:
 
 def operands(expr: tree.Expr, operator: str) -> list[tree.Expr]:
     """The operands of a chain of one operator; the expression alone if it is none."""
-    if isinstance(expr, tree.Binary) and expr.operator == operator:
-        return [*operands(expr.left, operator), *operands(expr.right, operator)]
-    return [expr]
+    found, left = [], [expr]
+    while left:
+        part = left.pop()
+        if isinstance(part, tree.Binary) and part.operator == operator:
+            left += (part.right, part.left)
+        else:
+            found.append(part)
+    return found
 
 
 def within(expr: tree.Expr, type_: types.Type) -> bool:

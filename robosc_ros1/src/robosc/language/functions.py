@@ -84,7 +84,7 @@ GEOMETRY: Mapping[str, tuple[int, int, tuple[str, ...], str]] = {
 """Functions of objects: how many objects and numbers they take, the fields of the objects, and what
 these are in words.
 
-Names are resolved to what they are made of (:mod:`robosc.model.typing.geometry`).
+Names are resolved to what they are made of (:mod:`robosc.model.typing.function_calls`).
 """
 
 _PARTS = (

@@ -6,21 +6,20 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
-from robosc.expr.tree import Expr, RosParameter
+from robosc.expr.tree import Expr
 from robosc.expr.types import EnumType, Type
-from robosc.model import automata, entities
+from robosc.model import entities
 from robosc.model.checks.cancels import check_cancels
 from robosc.model.checks.command_data import with_command_data
+from robosc.model.checks.exclusive import check_overlaps
 from robosc.model.checks.freshness import check_freshness
 from robosc.model.checks.indexes import check_indexes
-from robosc.model.checks.overlap import check_overlaps
 from robosc.model.checks.served import check_served
-from robosc.model.checks.similar_names import check_case, check_topics
 from robosc.model.checks.stopping import check_stop
 from robosc.model.checks.undefined_data import check_undefined_data
-from robosc.model.checks.unused import check_unused
+from robosc.model.checks.unused import check_case, check_topics, check_unused
 from robosc.model.checks.used_fields import Usage
-from robosc.model.declarations import initial_states, lasting, parameters, servers, state_variables
+from robosc.model.declarations import components, lasting, parameters, servers, state_variables
 from robosc.model.declarations.behaviour import BehaviourResolver
 from robosc.model.declarations.components import (
     bind,
@@ -32,8 +31,7 @@ from robosc.model.declarations.components import (
 )
 from robosc.model.declarations.datatypes import Given, TypeTable
 from robosc.model.declarations.named_values import NamedValueTyper
-from robosc.model.declarations.performing import with_performed
-from robosc.model.declarations.performing_clauses import find_performed, performed_data
+from robosc.model.declarations.performing import find_performed, performed_data, with_performed
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Muted, Report
@@ -108,21 +106,13 @@ class FileResolver:
             parameters.check_parameters(robot, self._report)
         return FileContents(self._scope, self.types, self.component_table, robot)
 
-    def _parameters(self) -> Iterator[RosParameter]:
-        """The parameters of the file, of its components, and of the libraries that it needs."""
-        yield from self.types.values.parameters
+    def _values(self) -> Iterator[ValueScope]:
+        """The named values of the file, of its components, and of the libraries that it needs."""
+        yield self.types.values
         for instance in self.component_table.instances.values():
-            yield from instance.types.values.parameters
+            yield instance.types.values
         for table in self.types.all_libraries.values():
-            yield from table.values.parameters
-
-    def _lasting(self) -> Iterator[automata.Lasting]:
-        """The lasting conditions of the file, its components, and the libraries that it needs."""
-        yield from self.types.values.lasting
-        for instance in self.component_table.instances.values():
-            yield from instance.types.values.lasting
-        for table in self.types.all_libraries.values():
-            yield from table.values.lasting
+            yield table.values
 
     def _robot(self) -> entities.Robot:
         self.types.resolve_all()
@@ -256,10 +246,7 @@ class FileResolver:
 
     def _add_component(self, node: nodes.ComponentNode | nodes.ImportNode) -> None:
         if isinstance(node, nodes.ComponentNode):
-            instance = tables.Instance(node.name.text, node, self.types)
-            self._own_values(instance, self._report)
-            instance.node = initial_states.with_initial_states(instance, self._report)
-            declare(instance, self._report)
+            instance = self._declared(node)
         else:
             found = self._imported(node)
             if found is None:
@@ -269,6 +256,14 @@ class FileResolver:
             self._own_values(instance, self._muted)
             declare(instance, self._muted)
         self.component_table.add(instance)
+
+    def _declared(self, node: nodes.ComponentNode) -> tables.Instance:
+        """A component of this file, with what it declares."""
+        instance = tables.Instance(node.name.text, node, self.types)
+        self._own_values(instance, self._report)
+        instance.node = components.with_initial_states(instance, self._report)
+        declare(instance, self._report)
+        return instance
 
     def _bind(self, instance: tables.Instance) -> None:
         symbols = self._symbols(instance)
@@ -290,10 +285,7 @@ class FileResolver:
                 self._check_aside(node)
 
     def _check_aside(self, node: nodes.ComponentNode) -> None:
-        instance = tables.Instance(node.name.text, node, self.types)
-        self._own_values(instance, self._report)
-        instance.node = initial_states.with_initial_states(instance, self._report)
-        declare(instance, self._report)
+        instance = self._declared(node)
         self._bind(instance)
         self._find_performed(instance)
         self._component(instance)
@@ -369,7 +361,7 @@ class FileResolver:
             found.on_commands() if node.kind == "robot" else tuple(found.requirements),
             (*found.performed, *found.provides),
             tuple(found.preferences),
-            tuple(self._parameters()),
+            tuple(p for values in self._values() for p in values.parameters),
             resolver.stop(stops),
             tuple(found.goals),
             tuple(found.assumptions),
@@ -382,7 +374,8 @@ class FileResolver:
         if node.kind == "library":
             return robot
         robot = servers.with_feedback_where_provided(servers.with_one_request_per_server(robot))
-        robot = lasting.with_lasting(with_performed(robot), tuple(self._lasting()))
+        conditions = tuple(one for values in self._values() for one in values.lasting)
+        robot = lasting.with_lasting(with_performed(robot), conditions)
         return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
 
     def _add_statements(self, instance: tables.Instance, statements: Statements) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
+from typing import NamedTuple
 
+from robosc import errors, limits
 from robosc.errors import StateSpaceError
 from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, EventSort, command_key
-from robosc.model.automata import HOLDING, RESTING, Transition, is_in
+from robosc.model.automata import HOLDING, RESTING, Behaviour, Transition, is_in
 from robosc.model.entities import Communication, Component, Goal, Robot
 from robosc.plant import event_values, logic, precedence
 from robosc.plant.acceptance import acceptance, is_left_to_components
@@ -29,10 +31,83 @@ from robosc.plant.automaton import (
     VariableKind,
 )
 from robosc.plant.data import asked_cases, builder, classes
-from robosc.plant.data.values import values_of_term
-from robosc.plant.data.view import FiniteView, may_be_missing, reference_to
+from robosc.plant.data.classes import Classes
+from robosc.plant.data.terms import Term
+from robosc.plant.data.view import FiniteView, Scope, may_be_missing, reference_to
 from robosc.plant.lasting import Reset, resets
-from robosc.plant.own_transitions import OwnTransition, own_transitions
+from robosc.plant.model_text import to_dsl
+from robosc.runtime.core.places import place_of
+
+# The values of the terms of a plant, and what users see of them.
+
+
+def _labels(classes: Classes, term: Term, robot: Robot, whole: bool) -> tuple[str, ...]:
+    """Return the texts, for users, of the values of a term: ``Battery.charge > 0.2``, ``x <= 1``,
+    with ``whole`` also for a part of a message ``value.x <= 1``."""
+    if isinstance(term, tree.ChoiceRef) and term.renews is not None:
+        return tuple(f"new {label}" for label in _labels(classes, term.renews, robot, whole))
+
+    def spelled(leaf: tree.Leaf) -> str | None:
+        incoming = isinstance(leaf, tree.ValueRef) and leaf == term and not whole
+        return to_dsl(leaf, robot).removeprefix("value.") if incoming else None
+
+    return tuple(
+        classes.label(number, term, lambda expr: to_dsl(expr, robot, spelled))
+        for number in range(len(classes))
+    )
+
+
+def values_of_term(
+    view: FiniteView, scope: Scope, term: Term, what: str
+) -> tuple[Sequence[types.Value], tuple[str, ...] | None]:
+    """Return the values or classes of a term, and the texts of classes for users.
+
+    ``what`` is the subject of error messages.
+    """
+    classes = view.values(scope, term)
+    if classes is not None:
+        whole = scope is not None and scope[0] is EventKind.REQUEST
+        return classes, _labels(classes, term, view.robot, whole)
+    values = types.domain(term.type)
+    assert values is not None, f"{what} takes part in synthesis and is not finite"
+    if isinstance(values, range) and values.stop - values.start > limits.VALUES:
+        raise errors.StateSpaceError(
+            f"{what}, {term.type}, takes more than {limits.VALUES} values:"
+            " narrow its range, or convert it by an enum"
+        )
+    return values, None
+
+
+# Transitions that belong to one component only: internal ones, and those after a delay.
+
+
+class OwnTransition(NamedTuple):
+    """A transition, the locations that it leaves, and where it leads as people read it.
+
+    ``path`` is ``idle->busy``, with the line if another one of its kind leads there as well.
+    """
+
+    transition: Transition
+    locations: list[int]
+    path: str
+
+
+def own_transitions(behaviour: Behaviour) -> Iterator[OwnTransition]:
+    """The internal transitions, then those after a delay, in the order of the model."""
+    for kind in (EventKind.TAU, EventKind.AFTER):
+        placed = (item for item in behaviour.placed if item[1].event is kind)
+        found = sorted(placed, key=lambda item: item[1].index)
+        paths = [_path(place, transition) for place, transition in found]
+        for (place, transition), path in zip(found, paths, strict=True):
+            told = path if paths.count(path) == 1 else f"{path} (line {transition.span.line})"
+            inside = [n for n, state in enumerate(behaviour.states) if state.is_in(place)]
+            yield OwnTransition(transition, inside, told)
+
+
+def _path(place: str | None, transition: Transition) -> str:
+    """From the state in which it stands (None: from every one) to its target."""
+    begin = "every state" if place is None else place
+    return "->".join(map(place_of, (begin, transition.goto or begin)))
 
 
 def lower(robot: Robot) -> Plant:

@@ -7,15 +7,19 @@ and each command must have been allowed then, with just the data that the model 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
 from robosc.errors import UsageError, counted
+from robosc.expr import traversal, tree, types
+from robosc.expr.traversal import all_names, path_text
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
-from robosc.plant.automaton import VariableKind
+from robosc.model.typing.compatibility import describe
+from robosc.plant import automaton, event_values
+from robosc.plant.automaton import Event, EventParameter, Plant, StateVariable, VariableKind
 from robosc.runtime.core.model import After, Command, Controller, Input, Tau
 from robosc.runtime.core.places import path_of
 from robosc.runtime.core.reasons import blocked_by, reason_text
@@ -23,11 +27,127 @@ from robosc.runtime.core.recorder import STOP_COMMAND
 from robosc.runtime.core.shortening import Shortener
 from robosc.runtime.core.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
+from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.generated import make_controller
-from robosc.simulate.values.exact_values import data_behind, value_with_classes
-from robosc.simulate.values.logged_values import LoggedPart, carried_parts, restored_value
 from robosc.simulate.values.shortened_values import UnknownValue, apply_effect
+from robosc.simulate.values.typed_values import typed_value, within_whole
 from robosc.supervisor import Supervisor
+
+# The values of events in a log: from JSON to those that the controller takes.
+
+
+@dataclass(frozen=True)
+class LoggedPart:
+    """A part of an input's value, which may be missing if it is ``optional``."""
+
+    type: types.Type
+    optional: bool
+
+    def restored(self, told: Any) -> Any:
+        """The value from JSON.
+
+        Raises:
+            ValueError: it is not of the type.
+        """
+        if told is None and self.optional:
+            return None
+        try:
+            value = typed_value(self.type, _of_type(self.type, told), "it")
+        except InvalidLine:
+            value = None
+        values = types.domain(self.type)
+        if value is None or (values is not None and told not in values):
+            raise ValueError(f"it carries {describe(self.type)}")
+        return value
+
+
+def _of_type(type_: types.Type, told: Any) -> Any:
+    """The members that the model declares: a whole message is logged with all of them.
+
+    Raises:
+        InvalidLine: one is not there.
+    """
+    match within_whole(type_), told:
+        case types.ArrayType(element=element), list():
+            return [_of_type(element, item) for item in told]
+        case types.ObjectType(properties=properties), dict():
+            if missing := [name for name, _ in properties if name not in told]:
+                raise InvalidLine(f"{missing[0]} is missing")
+            return {name: _of_type(inner, told[name]) for name, inner in properties}
+    return told
+
+
+def carried_parts(supervisor: Supervisor) -> dict[tuple[str, str], dict[str, LoggedPart]]:
+    """By communication and kind, the parts of an input's value; that of a whole one is ``""``."""
+    robot = supervisor.plant.robot
+    return {
+        (event.key, event.kind.word): _parts(robot, event)
+        for event in supervisor.plant.events
+        if not isinstance(event_values.value_type(robot, event), types.NoneType)
+    }
+
+
+def _parts(robot: Robot, event: automaton.Event) -> dict[str, LoggedPart]:
+    optional = event_values.is_optional(robot, event)
+    parts = event_values.value_parts(robot, event).items()
+    return {path_text(p): LoggedPart(t, optional or not all_names(p)) for p, t in parts}
+
+
+def restored_value(told: Any, parts: dict[str, LoggedPart]) -> Any:
+    """The value of an input from JSON, if it is one of these types.
+
+    Raises:
+        ValueError: it is not.
+    """
+    if not parts:
+        return None
+    if "" in parts and not isinstance(parts[""].type, types.ObjectType):
+        return parts[""].restored(told)
+    if not isinstance(told, dict) or set(told) != set(parts):
+        raise ValueError(f"it has the parts {', '.join(parts)}")
+    return {path: part.restored(told[path]) for path, part in parts.items()}
+
+
+# Exact values and the classes that they are in: ``battery.response(0.15: value <= 0.2)``.
+
+
+def value_with_classes(event: Event, value: Any) -> str:
+    """The value of an input, or its parts by path, each with its class."""
+    labels = {traversal.path_text(p.path): p for p in event.parameters if p.labels is not None}
+
+    def with_class(path: str, part: Any) -> str:
+        text = _text(part)
+        parameter = labels.get(path)
+        return text if parameter is None else f"{text}: {_label(parameter, part)}"
+
+    if isinstance(value, dict):
+        return ", ".join(f"{path} = {with_class(path, part)}" for path, part in value.items())
+    return with_class("", value)
+
+
+def data_behind(plant: Plant, event: Event, variables: Mapping[str, Any]) -> Iterator[str]:
+    """The data that a command's requirements compare: each with its value and its class."""
+    robot = plant.robot
+    read = dict.fromkeys(
+        f"{part.component}.{part.variable}"
+        for index in event.requirements
+        for part in traversal.walk(robot.requirements[index].condition)
+        if isinstance(part, tree.VariableRef)
+    )
+    for variable in plant.variables:
+        if variable.name in read and variable.labels is not None and variable.test is None:
+            value = variables[variable.name]
+            yield f"{variable.name} = {_text(value)}: {_label(variable, value)}"
+
+
+def _text(value: Any) -> str:
+    return json.dumps(jsonable(value))
+
+
+def _label(of: EventParameter | StateVariable, value: Any) -> str:
+    """What users see of the class that a value is in."""
+    assert of.labels is not None
+    return of.labels[of.values.index(value)]
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,72 @@ from robosc.remedies import meant
 from robosc.syntax.elements import ended
 from robosc.syntax.nodes import ImportNode
 from robosc.syntax.parse_state import Build, Fault, ParseState
-from robosc.syntax.recovery import indentation, synchronise
+from robosc.syntax.recovery import synchronise
+
+# What the indentation of lines says about blocks whose braces are missing.
+
+
+def is_nested(reading: ParseState, at: int, header: int) -> bool:
+    """Whether a token begins its line, indented further than the line of a header."""
+    inner, outer = _before(reading, at), _before(reading, header)
+    indent = len(outer.expandtabs()) - len(outer.lstrip().expandtabs())
+    return not inner.strip() and len(inner.expandtabs()) > indent
+
+
+def outdented(reading: ParseState, header: int, opening: int, end: int) -> int:
+    """The first token behind an opening brace that stands as far left as the block's header.
+
+    ``end`` if there is none before, or the contents of the block are not indented. Closing braces
+    do not count.
+    """
+    lines = [at for at in range(opening + 1, end) if not _before(reading, at).strip()]
+    if not lines or not is_nested(reading, lines[0], header):
+        return end
+    left = (a for a in lines if reading.kind(a) != "}" and not is_nested(reading, a, header))
+    return next(left, end)
+
+
+def is_outdented(reading: ParseState, header: int, opening: int, at: int) -> bool:
+    """Whether a token begins a line as far left as its block's header, unlike the first line."""
+    if _before(reading, at).strip() or is_nested(reading, at, header):
+        return False
+    lines = (a for a in range(opening + 1, at) if not _before(reading, a).strip())
+    first = next(lines, at)
+    return first < at and is_nested(reading, first, header)
+
+
+def unclosed(reading: ParseState, header: int, end: int) -> tuple[int, int, int] | None:
+    """The block from ``header`` on whose closing brace is missing, as the indentation tells: the
+    token where its line begins, that of its opening brace, and the brace that closes an outer one.
+
+    None if all braces that begin a line stand below the line with the brace that they close.
+    """
+    lefts: list[tuple[int, int, int]] = []
+    line = header
+    for at in range(header, end):
+        kind = reading.kind(at)
+        if at > header and reading.tokens.begins_line(at):
+            line = at
+        if kind == "{":
+            lefts.append((_left(reading, line), line, at))
+        elif kind == "}" and lefts:
+            left, begin, opening = lefts.pop()
+            if line == at and _left(reading, at) < left:
+                outer = any(_left(reading, at) == column for column, _, _ in lefts)
+                return (begin, opening, at) if outer else None
+    return None
+
+
+def _left(reading: ParseState, at: int) -> int:
+    """Return the column of a line's first token."""
+    return len(_before(reading, at).expandtabs())
+
+
+def _before(reading: ParseState, at: int) -> str:
+    """The text before a token on its line."""
+    text, end = reading.source.text, reading.tokens.offset(at)
+    return text[text.rfind("\n", 0, end) + 1 : end]
+
 
 _NEVER = re.compile(r"(?!)")
 
@@ -187,7 +252,7 @@ class Block:
         """
         if reading.is_balanced or reading.text(at) not in self._outer or self.items.free:
             return False
-        return indentation.is_outdented(reading, header.start, header.end, at)
+        return is_outdented(reading, header.start, header.end, at)
 
     # --- parsing ---
 
@@ -252,7 +317,7 @@ class Block:
             word = reading.text(at)
             if not self._belongs_outside(reading, at, word):
                 at = self._stranger(reading, at, word, nodes, tail)
-            elif header and indentation.is_nested(reading, at, header.start):
+            elif header and is_nested(reading, at, header.start):
                 at = self._misplaced(reading, at, word, header)
             else:
                 self._close_early(reading, at, word, header)
@@ -375,7 +440,7 @@ class Block:
         reading.reported_at = at
         if self._is_told_at_its_place(reading, at, header):
             return
-        place = indentation.outdented(reading, header.start, header.end, at)
+        place = outdented(reading, header.start, header.end, at)
         message = f"expected '}}' to close {header.quoted(reading)} before '{reading.text(place)}'"
         reading.report("missing-brace", message, place, notes=header.note(reading))
         if place < at:
@@ -393,7 +458,7 @@ class Block:
 
     def _is_told_at_its_place(self, reading: ParseState, at: int, header: Header) -> bool:
         """Report the block inside, before a token, that its indentation says is not closed."""
-        if (found := indentation.unclosed(reading, header.start, at)) is None:
+        if (found := unclosed(reading, header.start, at)) is None:
             return False
         begin, opening, brace = found
         inner = Header(begin, opening)

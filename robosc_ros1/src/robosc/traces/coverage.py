@@ -18,6 +18,7 @@ from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind
 from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl
+from robosc.plant.part_names import LONG
 from robosc.runtime.core.places import told_with_stage
 from robosc.runtime.core.values import Undefined
 from robosc.simulate.machines.machine import label
@@ -153,8 +154,9 @@ class Coverage:
         number, name = rule.step.number, label(rule.step.event)
         yield ("sent", number), f"{name} is sent"
         for index, demand in enumerate(rule.demands):
+            demanded = demand.text if len(demand.text) <= LONG else f"{demand.text[:LONG]}…"
             for outcome, text in _outcomes(demand.condition):
-                told = f"{name}, {demand.text} ({demand.place}): {text} alone decides"
+                told = f"{name}, {demanded} ({demand.place}): {text} alone decides"
                 short = text.replace(", which is ", " is ").rstrip(",")
                 case: Case = ("demand", number, index, *outcome)
                 self.outcomes[case] = short

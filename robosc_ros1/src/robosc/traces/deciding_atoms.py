@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from typing import Any, TypeAlias
 
-from robosc.expr.traversal import walk
+from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import Aggregate, Binary, Expr, Holds, Literal, Unary, ValueRef
 from robosc.expr.types import BooleanType, DoubleType, IntegerType
 from robosc.runtime.core.values import Undefined
@@ -89,9 +89,11 @@ class DecidedCondition:
                     return not value, atoms
 
                 return negated, lambda s: {not value: a for value, a in may(s).items()}
-            case Binary(
-                operator="and" | "or" | "=>" | "=" | "!=" as word, left=left, right=right
-            ) if left.type == BooleanType():
+            case Binary(operator="and" | "or" as word):
+                return self._chain(operands(expr, word), word == "or")
+            case Binary(operator="=>" | "=" | "!=" as word, left=left, right=right) if (
+                left.type == BooleanType()
+            ):
                 (first, may_first), (second, may_second) = (
                     self._compiled(left),
                     self._compiled(right),
@@ -133,6 +135,32 @@ class DecidedCondition:
                 return {v: frozenset((number, v, near) for near in NEARS) for v in (True, False)}
 
         return lambda s, v: (holds(atom.value, s, v), ((number, v),)), perhaps
+
+    def _chain(
+        self, parts: Sequence[Expr], decider: bool
+    ) -> tuple[Callable[[State, Carried], _Decision], Callable[[State], Possible]]:
+        """The same for parts of which one that is ``decider`` suffices; there may be thousands."""
+        compiled, other = [self._compiled(part) for part in parts], not decider
+
+        def joined(s: State, v: Carried) -> _Decision:
+            found = [evaluate(s, v) for evaluate, _ in compiled]
+            deciding = [atoms for value, atoms in found if value is decider]
+            if not deciding:
+                return other, tuple(pair for _, atoms in found for pair in atoms)
+            return decider, deciding[0] if len(deciding) == 1 else ()
+
+        def may(s: State) -> Possible:
+            each = [possible(s) for _, possible in compiled]
+            surely = [one for one in each if other not in one]
+            found: Possible = {}
+            if any(decider in one for one in each):
+                alone = each if not surely else surely if len(surely) == 1 else []
+                found[decider] = frozenset().union(*(one.get(decider, ()) for one in alone))
+            if not surely:
+                found[other] = frozenset().union(*(one[other] for one in each))
+            return found
+
+        return joined, may
 
     def _quantified(
         self, expr: Aggregate
@@ -223,8 +251,6 @@ class DecidedCondition:
 
 
 _TABLES: dict[str, Callable[[bool, bool], bool]] = {
-    "and": lambda one, two: one and two,
-    "or": lambda one, two: one or two,
     "=>": lambda one, two: not one or two,
     "=": lambda one, two: one is two,
     "!=": lambda one, two: one is not two,

@@ -75,6 +75,7 @@ class InputGraph:
         self.failures: Counter[int] = Counter()
         """How often an edge has led elsewhere, since it stands for a class of states."""
         self._budget = scaled(BUDGET, coverage)
+        self._tries = max(USUAL, min(TRIES, self._budget // 10))
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
         self._waiting: tuple[list[tuple[int, int, Node]], ...] = [], []
@@ -268,7 +269,7 @@ class InputGraph:
         for step, samples in self._inputs:
             if step.event.kind.sent or step.in_phase(node.state):
                 places = step.number, tuple(node.state[p.place] for p in step.partners)
-                usual = TRIES if places not in self._places_tried else self._most[step.number]
+                usual = self._tries if places not in self._places_tried else self._most[step.number]
                 self._try(node, step, samples[:usual])
                 self._places_tried.add(places)
 

@@ -8,8 +8,12 @@ from robosc.expr.evaluation import constant
 from robosc.expr.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value, domain
 from robosc.model import automata
 from robosc.model.checks import behaviour_rules, check_reachable
-from robosc.model.declarations.performing import Performing, with_counts
-from robosc.model.declarations.performing_clauses import PerformingResolver, own_transitions
+from robosc.model.declarations.performing import (
+    Performing,
+    PerformingResolver,
+    own_transitions,
+    with_counts,
+)
 from robosc.model.declarations.transitions import TransitionResolver
 from robosc.model.diagnostics import Report
 from robosc.model.names.tables import Instance, SymbolTable, path_of

@@ -7,9 +7,12 @@ refer forwards.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import TypeVar
 
 from robosc.errors import Note
 from robosc.expr import tree, undefined_data
+from robosc.expr.evaluation import constant
 from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.diagnostics import Report
@@ -31,6 +34,45 @@ from robosc.names import is_frame, ros_name_fault, snake_case
 from robosc.runtime.core import settings, transforms
 from robosc.source import Span
 from robosc.syntax import nodes
+from robosc.syntax.nodes import BehaviourNode, ComponentNode, StateNode
+
+# Which states are initial where that depends on the copy: ``initial state a if index = 1``.
+
+
+_Node = TypeVar("_Node", ComponentNode, BehaviourNode, StateNode)
+
+
+def with_initial_states(instance: Instance, report: Report) -> ComponentNode:
+    """Return the component with states that are initial where their conditions hold."""
+    return _resolved(instance.node, instance, report)
+
+
+def _resolved(node: _Node, instance: Instance, report: Report) -> _Node:
+    items = tuple(
+        _resolved(item, instance, report) if isinstance(item, BehaviourNode | StateNode) else item
+        for item in node.items
+    )
+    same = all(a is b for a, b in zip(items, node.items, strict=True))
+    changed = node if same else replace(node, items=items)
+    if isinstance(changed, StateNode) and changed.when is not None:
+        return replace(changed, initial=_holds(changed, instance, report), when=None)
+    return changed
+
+
+def _holds(node: StateNode, instance: Instance, report: Report) -> bool:
+    assert node.when is not None
+    typer = Typer(report, instance.types, None, no_value("where a state is initial has no 'value'"))
+    found = typer.check(node.when, BOOLEAN, "where a state is initial")
+    value = None if found is None else constant(found)
+    if found is not None and value is None:
+        report.add(
+            "initial-not-constant",
+            node.when.span,
+            f"where '{node.name.text}' is initial must be known before the robot runs",
+            "read the index and constants only",
+        )
+    return bool(value)
+
 
 NONE = NoneType()
 TRANSFORM_RATE = 20.0
@@ -221,14 +263,10 @@ def check_local_names(component_table: ComponentTable, report: Report) -> None:
 def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: Report) -> None:
     """Resolve identifier, durations and interface of a communication, and set its entity."""
     identifier = _identifier(info, report)
-    timeout = _duration(info, info.node.timeout, "a timeout", symbols, report)
-    within = max_age = expect = None
-    if isinstance(info.node, nodes.MessageNode):
-        max_age = _duration(info, info.node.max_age, "'max_age:'", symbols, report)
-    if isinstance(info.node, nodes.ActionNode):
-        within = _duration(info, info.node.within, "'within:'", symbols, report)
-    if isinstance(info.node, nodes.ServiceNode | nodes.ActionNode):
-        expect = _expectation(info, info.node.expect, report)
+    timeout = _duration(info, "timeout", "a timeout", symbols, report)
+    max_age = _duration(info, "max_age", "'max_age:'", symbols, report)
+    within = _duration(info, "within", "'within:'", symbols, report)
+    expect = _expectation(info, report)
     rate = None if info.node.rate is None else _rate(info.node.rate, report)
     goals = getattr(info.node, "goals", None)
     stop = getattr(info.node, "stop", None)
@@ -266,13 +304,10 @@ def bind(info: CommunicationInfo, symbols: SymbolTable, binder: Binder, report: 
 
 
 def _duration(
-    info: CommunicationInfo,
-    node: nodes.ExprNode | None,
-    what: str,
-    symbols: SymbolTable,
-    report: Report,
+    info: CommunicationInfo, attribute: str, what: str, symbols: SymbolTable, report: Report
 ) -> tree.Expr | None:
-    """The duration of an attribute; None if it has none, or after an error."""
+    """The duration of an attribute; None if there is none, or after an error."""
+    node = getattr(info.node, attribute, None)
     if node is None:
         return None
     typer = Typer(report, info.instance.types, symbols, no_value(f"{what} is a duration"))
@@ -292,10 +327,9 @@ def _rate(node: nodes.RateNode | nodes.Name, report: Report) -> float | str:
     return float(node.hertz)
 
 
-def _expectation(
-    info: CommunicationInfo, node: nodes.ExprNode | None, report: Report
-) -> tree.Expr | None:
+def _expectation(info: CommunicationInfo, report: Report) -> tree.Expr | None:
     """What an ``expect:`` says of a response; None if there is none, or after an error."""
+    node = getattr(info.node, "expect", None)
     if node is None:
         return None
     incoming = response_of(info.name, info.response)

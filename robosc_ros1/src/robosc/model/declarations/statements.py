@@ -18,8 +18,11 @@ from robosc.language import events, keywords
 from robosc.model import entities
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
-from robosc.model.names.communications import report_misdirected, resolve_communication
-from robosc.model.names.groups import GroupResolver
+from robosc.model.names.communications import (
+    GroupResolver,
+    report_misdirected,
+    resolve_communication,
+)
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
 from robosc.model.ros.links import Binder
 from robosc.model.typing import expected, expressions, value_word

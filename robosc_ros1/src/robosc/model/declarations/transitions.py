@@ -10,13 +10,111 @@ from robosc.expr import tree, types, undefined_data
 from robosc.language.events import EventKind
 from robosc.model import automata
 from robosc.model.checks import behaviour_rules
-from robosc.model.diagnostics import Report
-from robosc.model.names.assignment_targets import Targets
-from robosc.model.names.groups import GroupResolver
+from robosc.model.diagnostics import Report, first_of
+from robosc.model.names.communications import GroupResolver
 from robosc.model.names.tables import CommunicationInfo, Instance, SymbolTable
 from robosc.model.typing import compatibility, durations, expected, expressions
 from robosc.model.typing.value_word import Incoming, is_value, no_value, reasons_type
 from robosc.syntax import nodes
+from robosc.syntax.nodes import Access, Name
+
+# Name resolution of the targets of assignments: variables of the same component.
+
+
+class Targets:
+    """Resolves the targets of assignments in one component."""
+
+    def __init__(self, instance: Instance, symbols: SymbolTable, report: Report) -> None:
+        self._instance = instance
+        self._symbols = symbols
+        self._report = report
+
+    def resolve(self, access: Access) -> str | None:
+        """The name of the variable that is assigned; None after a reported error."""
+        own, root = self._instance, access.root.text
+        self._record(access)
+        if is_value(access):
+            self._not_assignable(access, "'value' is the received value")
+        elif not access.path:
+            if root in own.variables:
+                return root
+            self._unknown_target(access)
+        elif len(access.path) == 1 and isinstance(member := access.path[0], Name):
+            component = self._symbols.component(root)
+            if component is own and member.text in own.variables:
+                return member.text
+            self._foreign_target(access, component, member)
+        else:
+            self._not_assignable(access, "variables have no parts")
+        return None
+
+    def _record(self, access: Access) -> None:
+        names = self._instance.types.scope.names
+        owner, last = self._instance, access.root
+        if access.path and isinstance(access.path[0], Name):
+            component = self._symbols.component(access.root.text)
+            if component is None:
+                return
+            owner, last = component, access.path[0]
+            names.use(access.root, owner.declaration)
+        names.use(last, owner.member(last.text), owner.name, write=True)
+
+    def _not_assignable(self, access: Access, why: str) -> None:
+        variables = first_of(self._instance.variables)
+        self._report.add(
+            "not-assignable",
+            access.span,
+            f"only variables can be assigned: {why}",
+            f"{self._instance.name} has the variables: {variables}" if variables else None,
+        )
+
+    def _unknown_target(self, access: Access) -> None:
+        own, name = self._instance, access.root.text
+        if own.types.scope.is_unresolved(name, "variable"):
+            return
+        if name in own.states:
+            self._not_assignable(access, f"'{name}' is a state; use goto")
+        elif self._symbols.component(name) is not None:
+            self._not_assignable(access, f"'{name}' is a component")
+        elif name in own.communications:
+            self._not_assignable(access, f"'{name}' is a communication")
+        else:
+            self._report.add(
+                "unknown-name",
+                access.span,
+                f"{own.name} has no variable '{name}'",
+                self._report.suggest(name, own.variables, "its variables"),
+            )
+
+    def _foreign_target(self, access: Access, component: Instance | None, member: Name) -> None:
+        root = access.root.text
+        scope = self._instance.types.scope
+        if component is None:
+            if self._symbols.is_broken(root) or scope.is_unresolved(root, "component"):
+                return
+            known = list(self._symbols.components)
+            self._report.add(
+                "unknown-name",
+                access.root.span,
+                f"there is no component '{root}'",
+                self._report.suggest(root, known),
+            )
+        elif member.text in component.variables:
+            self._report.add(
+                "foreign-assignment",
+                access.span,
+                f"{self._instance.name} cannot assign a variable of {component.name}",
+                f"let {component.name} react to the same event",
+            )
+        elif member.text in component.states:
+            self._not_assignable(access, f"'{access.span.text}' is a state")
+        elif not scope.is_unresolved(member.text, "variable"):
+            self._report.add(
+                "unknown-member",
+                member.span,
+                f"{root} has no variable '{member.text}'",
+                self._report.suggest(member.text, component.variables, "its variables"),
+            )
 
 
 class TransitionResolver:
@@ -41,26 +139,22 @@ class TransitionResolver:
     def tau(self, node: nodes.TauNode) -> automata.Transition:
         """The internal transition of a node."""
         self._taus += 1
-        incoming = no_value("an internal transition carries no value")
-        guard = self._guard(node.guard, incoming)
-        assignments = self._assignments(node.assignments, incoming)
-        goto, named = self._goto(node.goto)
-        name = self._instance.name
-        return automata.Transition(
-            EventKind.TAU, name, guard, assignments, goto, named, self._taus, span=node.span
-        )
+        taken = self._own(EventKind.TAU, node, "an internal transition carries no value")
+        return replace(taken, index=self._taus)
 
     def after(self, node: nodes.AfterNode) -> automata.Transition | None:
         """The transition after a delay; None after an error."""
-        incoming = no_value("'after' carries no value")
-        guard = self._guard(node.guard, incoming)
-        assignments = self._assignments(node.assignments, incoming)
+        happening = self._own(EventKind.AFTER, node, "'after' carries no value")
+        return self.waits(node.duration, "'after'", happening)
+
+    def _own(
+        self, event: EventKind, node: nodes.TauNode | nodes.AfterNode, why: str
+    ) -> automata.Transition:
+        """A transition of the component alone; ``why`` there is no value."""
+        guard, assignments = self._clauses(node, no_value(why))
         goto, named = self._goto(node.goto)
         name = self._instance.name
-        happening = automata.Transition(
-            EventKind.AFTER, name, guard, assignments, goto, named, span=node.span
-        )
-        return self.waits(node.duration, "'after'", happening)
+        return automata.Transition(event, name, guard, assignments, goto, named, span=node.span)
 
     def waits(
         self, duration: nodes.ExprNode, what: str, happening: automata.Transition
@@ -127,7 +221,9 @@ class TransitionResolver:
         return found
 
     def _clauses(
-        self, node: nodes.ResultTransitionNode, incoming: Incoming
+        self,
+        node: nodes.ResultTransitionNode | nodes.TauNode | nodes.AfterNode,
+        incoming: Incoming,
     ) -> tuple[tree.Expr | None, tuple[automata.Assignment, ...]]:
         return self._guard(node.guard, incoming), self._assignments(node.assignments, incoming)
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import TypeAlias
 
 from robosc import errors, remedies, source
-from robosc.language.events import EventKind
+from robosc.language.events import EventKind, Kind
 from robosc.model.diagnostics import Report
+from robosc.model.names import tables
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
-from robosc.syntax.nodes import Access, Name
+from robosc.source import Span
+from robosc.syntax.nodes import Access, ExceptNode, Group, Name
 
 _SENT = "what the controller publishes is incoming: incoming message {}"
 HEARD = "what the robot publishes is outgoing: outgoing message {}"
@@ -151,3 +155,172 @@ def answer_named(access: Access, symbols: SymbolTable) -> tuple[Access, EventKin
     kinds = (info.sort.named(last.text) for info in communications_named(call, symbols))
     kind = next((kind for kind in kinds if kind is not None and kind.served), None)
     return None if kind is None else (call, kind)
+
+
+# Groups of commands: ``all``, components, and what is left out of them.
+
+
+_FREE = (
+    "'error to {0}' is neither restricted nor preferred: a call that was accepted can always be"
+    " answered with an error; name the response: {0}"
+)
+_EMPTY = "the group is empty: 'except' removes every command"
+_Members: TypeAlias = dict[str, tuple[Access, tables.CommunicationInfo]]
+
+
+def is_all(access: Access) -> bool:
+    """Whether an access is the word ``all``, and no name."""
+    return access.root.text == "all" and not access.root.escaped and not access.path
+
+
+class GroupResolver:
+    """Resolves the commands that a statement names."""
+
+    def __init__(self, symbols: tables.SymbolTable, scope: FileScope, report: Report) -> None:
+        self._symbols = symbols
+        self._scope = scope
+        self._report = report
+
+    def commands(
+        self,
+        group: Group,
+        code: str,
+        why: str,
+        *,
+        left_out: Iterable[str] = (),
+        may_be_empty: bool = False,
+    ) -> tuple[str, ...] | None:
+        """The keys of the commands, each once, in order; None after an error.
+
+        ``code`` and ``why`` are those of an outgoing message; of ``all`` and of components, the
+        commands ``left_out`` are no part. In a library, ``all`` may be nobody: its commands are
+        those of the robot that imports it.
+        """
+        keys, whole = self._resolved(
+            group,
+            lambda access: self.command(access, code, why),
+            left_out=left_out,
+            may_be_empty=may_be_empty,
+        )
+        return tuple(keys) if whole else None
+
+    def reports(self, group: Group) -> dict[str, str]:
+        """By the keys of the calls in a group that are named without an answer, the keys of the
+        feedback that the controller gives of them."""
+        named = (item for item in group if isinstance(item, Access))
+        infos = (info for item in named for info in communications_named(item, self._symbols))
+        pairs = ((info, info.feedback_command()) for info in infos)
+        return {info.key: report.key for info, report in pairs if report is not None}
+
+    def listed(self, group: Group) -> tuple[list[tuple[Access, tables.CommunicationInfo]], bool]:
+        """The communications of a transition, each once, and whether none of them has an error.
+
+        Each is there with what names it first. Outgoing messages are named one by one.
+        """
+        members, whole = self._resolved(group, self._communication)
+        return list(members.values()), whole
+
+    def _resolved(
+        self,
+        group: Group,
+        named: Callable[[Access], tables.CommunicationInfo | None],
+        *,
+        left_out: Iterable[str] = (),
+        may_be_empty: bool = False,
+    ) -> tuple[_Members, bool]:
+        """The members of a group by key, each with its place, and whether there is no error.
+
+        ``named`` resolves the name of one of them.
+        """
+        resolved: _Members = {}
+        own_names: dict[str, Span] = {}
+        whole = True
+        for item in group:
+            if isinstance(item, ExceptNode):
+                return self._without(resolved, item, named) if whole else (resolved, False)
+            members = self._members(item)
+            if members is not None:
+                whole &= may_be_empty or self._has_commands(item, members)
+                new = [m for m in members if m.key not in {*resolved, *left_out}]
+                resolved.update((m.key, (item, m)) for m in new)
+            elif (info := named(item)) is None:
+                whole = False
+            elif info.key in own_names:
+                report_repeated(item, own_names[info.key], self._report)
+            else:
+                own_names[info.key] = item.span
+                resolved.setdefault(info.key, (item, info))
+        return resolved, whole
+
+    def _without(
+        self,
+        members: _Members,
+        node: ExceptNode,
+        named: Callable[[Access], tables.CommunicationInfo | None],
+    ) -> tuple[_Members, bool]:
+        """What is left of a group."""
+        others, whole = self._resolved(node.communications, named, may_be_empty=True)
+        left = {key: member for key, member in members.items() if key not in others}
+        if whole and not left and self._scope.node.kind == "robot":
+            self._report.add("unknown-communication", node.span, _EMPTY)
+            return left, False
+        return left, whole
+
+    def _communication(self, access: Access) -> tables.CommunicationInfo | None:
+        return resolve_communication(access, self._symbols, self._scope, self._report)
+
+    def command(
+        self, access: Access, code: str, why: str, *, given: bool = False
+    ) -> tables.CommunicationInfo | None:
+        """The command of a name; None after an error.
+
+        A call that the controller serves stands for its response. ``given``: the name is that of
+        what carries data, which the error to a call does, too.
+        """
+        answer = answer_named(access, self._symbols)
+        if answer is not None:
+            access, kind = answer
+            if kind is EventKind.REFUSAL and given:
+                info = self._communication(access)
+                return None if info is None else info.error_command()
+            if kind is EventKind.REFUSAL:
+                self._report.add("error-is-free", access.span, _FREE.format(access.span.text))
+                return None
+        info = self._communication(access)
+        if info is not None and answer is not None and answer[1] is EventKind.PROGRESS:
+            return info.feedback_command()
+        if info is not None and info.kind is Kind.OUTGOING:
+            message = f"'{info.name}' is an outgoing message: {why}"
+            report_misdirected(info, code, access.span, message, self._report)
+            return None
+        return info
+
+    def _members(self, access: Access) -> list[tables.CommunicationInfo] | None:
+        """The commands of ``all`` or of a component; None if one communication is named."""
+        if is_all(access):
+            return _commands_of(self._symbols.components.values())
+        name = access.root.text
+        component = self._symbols.component(name)
+        if component is None or access.path or access.index or self._symbols.communications(name):
+            return None
+        self._scope.names.use(access.root, component.declaration)
+        return _commands_of([component])
+
+    def _has_commands(self, access: Access, members: list[tables.CommunicationInfo]) -> bool:
+        if members or self._symbols.component_table.broken:
+            return not self._symbols.component_table.broken
+        if is_all(access) and self._scope.node.kind == "library":
+            return True
+        what = "the robot" if is_all(access) else access.root.text
+        message = f"{what} has no commands: no incoming message, service or action"
+        self._report.add("unknown-communication", access.span, message)
+        return False
+
+
+def _commands_of(components: Iterable[tables.Instance]) -> list[tables.CommunicationInfo]:
+    return [
+        info
+        for component in components
+        for info in component.communications.values()
+        if info.kind is not Kind.OUTGOING and not info.sort.served
+    ]

@@ -5,21 +5,19 @@ from __future__ import annotations
 from robosc.language import events
 from robosc.syntax import nodes
 
+_KINDS = {
+    nodes.ServiceNode: events.Kind.SERVICE,
+    nodes.ActionNode: events.Kind.ACTION,
+    nodes.ServedServiceNode: events.Kind.SERVED_SERVICE,
+    nodes.ServedActionNode: events.Kind.SERVED_ACTION,
+}
+
 
 def kind_of(node: nodes.CommunicationNode) -> events.Kind:
     """Return the kind of communication that a node declares."""
-    match node:
-        case nodes.MessageNode(direction="incoming"):
-            return events.Kind.INCOMING
-        case nodes.MessageNode():
-            return events.Kind.OUTGOING
-        case nodes.ServedActionNode():
-            return events.Kind.SERVED_ACTION
-        case nodes.ServedServiceNode():
-            return events.Kind.SERVED_SERVICE
-        case nodes.ServiceNode():
-            return events.Kind.SERVICE
-    return events.Kind.ACTION
+    if isinstance(node, nodes.MessageNode):
+        return events.Kind(f"{node.direction} message")
+    return _KINDS[type(node)]
 
 
 def types_of(node: nodes.CommunicationNode) -> dict[events.Direction, nodes.TypeNode]:

@@ -19,9 +19,12 @@ name is ``ambiguous-name``, and the user writes ``Enum.value`` or ``Component.na
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from robosc.expr import evaluation, tree, types
+from robosc.expr.evaluation import part_of_value
+from robosc.expr.traversal import part_of, path_text
 from robosc.expr.tree import Binary, ElementRef, Expr, Literal, Unary, ValueRef
 from robosc.expr.types import (
     ArrayType,
@@ -29,17 +32,20 @@ from robosc.expr.types import (
     DoubleType,
     DurationType,
     EnumType,
+    IntegerType,
     NoneType,
     ObjectType,
     Type,
 )
 from robosc.expr.undefined_data import otherwise
 from robosc.language import operators
+from robosc.language.operators import BINARY
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names import report_unknown, resolve_name, tables
 from robosc.model.names.occurrences import Symbol, SymbolKind
-from robosc.model.typing import aggregates, compatibility, durations, function_calls, parts
+from robosc.model.typing import aggregates, compatibility, durations, function_calls, value_word
+from robosc.model.typing.compatibility import describe
 from robosc.model.typing.expected import (
     ANY,
     BOOLEAN,
@@ -48,10 +54,213 @@ from robosc.model.typing.expected import (
     expected_type,
     needs_of,
 )
-from robosc.model.typing.messages_about_types import VALUE_PLACES, alternatives, hint_for
-from robosc.model.typing.parameter_ranges import decided
 from robosc.model.typing.value_word import Incoming, is_value
+from robosc.remedies import Change, Hint, Remedy, write
+from robosc.runtime.core.values import Undefined
 from robosc.syntax import nodes
+from robosc.syntax.nodes import Access, BinaryNode, ExprNode, LiteralNode, MemberNode, Name
+
+# Typing of parts of objects and arrays: of received values, variables, constants, elements.
+
+
+def path_of(access: Access | MemberNode) -> tuple[str | int, ...]:
+    """The path of an access with names as str."""
+    return tuple(p.text if isinstance(p, Name) else p for p in access.path)
+
+
+def _unbounded(type_: Type) -> Type:
+    """The type of a part of a variable: the range of a part is not checked on assignment."""
+    return IntegerType() if isinstance(type_, IntegerType) else type_
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Types the parts that accesses name; errors are reported at the member in question."""
+
+    report: Report
+    types: TypeTable
+
+    def type_of(self, access: Access | MemberNode, whole: Type) -> Type | None:
+        """The type of a part; None after a reported error."""
+        type_: Type | None = whole
+        for part in access.path:
+            assert type_ is not None
+            type_ = self._member(access, type_, part)
+            if type_ is None:
+                return None
+        return type_
+
+    def _member(self, access: Access | MemberNode, type_: Type, part: Name | int) -> Type | None:
+        if isinstance(part, int):
+            if isinstance(type_, ArrayType):
+                return type_.element
+            self.report.add(
+                "unknown-member", access.span, f"{describe(type_)} has no element [{part}]"
+            )
+            return None
+        if isinstance(type_, ObjectType):
+            found = type_.property(part.text)
+            self.types.record_property(part, type_)
+            if found is not None:
+                return found
+            declarations = self.types.type_declarations
+            if not declarations.may_have(type_, part.text):
+                diagnostic = self.report.add(
+                    "unknown-member",
+                    part.span,
+                    f"{type_.name} has no property '{part.text}'",
+                    self.report.suggest(part.text, [n for n, _ in type_.properties]),
+                )
+                declarations.miss(type_, part.text, diagnostic)
+            return None
+        hint: Hint | None = "take an element first: [0]" if isinstance(type_, ArrayType) else None
+        if isinstance(type_, ArrayType) and part.text in ("length", "len", "size", "count"):
+            whole = access.span.text.removesuffix(f".{part.text}")
+            hint = f"write length({whole})"
+        self.report.add(
+            "unknown-member",
+            part.span,
+            f"{describe(type_)} has no property '{part.text}'",
+            hint,
+        )
+        return None
+
+    def of_computed(self, node: MemberNode, whole: Expr) -> Expr | None:
+        """A part of a computed object; None after a reported error."""
+        type_ = self.type_of(node, whole.type)
+        return (
+            None if type_ is None else part_of(whole, path_of(node), _unbounded(type_), node.span)
+        )
+
+    def of_argument(self, access: Access, whole: Expr) -> Expr | None:
+        """An argument of a function, or a part of it; None after a reported error."""
+        if isinstance(whole, ElementRef):
+            type_ = self.type_of(access, whole.type)
+            path = (*whole.path, *path_of(access))
+            return None if type_ is None else replace(whole, path=path, type=type_)
+        return self.of_named(access, whole, 0)
+
+    def of_named(self, access: Access, whole: Expr, members: int) -> Expr | None:
+        """A part of a variable or a constant; None after a reported error.
+
+        The first ``members`` names of the access's path belong to the name of the whole.
+        """
+        rest = replace(access, path=access.path[members:])
+        if not rest.path:
+            return whole
+        type_ = self.type_of(rest, whole.type)
+        if type_ is None:
+            return None
+        if isinstance(whole, Literal):
+            return self._of_constant(whole, rest, type_)
+        return part_of(whole, path_of(rest), _unbounded(type_), access.span)
+
+    def _of_constant(self, whole: Literal, rest: Access, type_: Type) -> Literal | None:
+        path = path_of(rest)
+        try:
+            return Literal(part_of_value(whole.value, path), type_, rest.span)
+        except (Undefined, KeyError):
+            message = f"the constant has no value for '{path_text(path)}'"
+            self.report.add("unknown-member", rest.span, message)
+            return None
+
+
+# Comparisons that the range of a parameter decides, whatever its value is.
+
+
+_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
+_ALWAYS: Mapping[str, Callable[[float, float, float], bool]] = {
+    "<": lambda low, high, limit: high < limit,
+    "<=": lambda low, high, limit: high <= limit,
+    ">": lambda low, high, limit: low > limit,
+    ">=": lambda low, high, limit: low >= limit,
+    "=": lambda low, high, limit: low == high == limit,
+    "!=": lambda low, high, limit: not low <= limit <= high,
+}
+_OPPOSITE = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "=": "!=", "!=": "="}
+
+
+def decided(comparison: tree.Binary) -> tree.Expr:
+    """Return ``far > 3.0`` as what it is for every value that the parameter can have."""
+    operator, left, right = comparison.operator, comparison.left, comparison.right
+    if operator not in _ALWAYS:
+        return comparison
+    if isinstance(right, tree.ParameterRef):
+        operator, left, right = _MIRRORED[operator], right, left
+    if not isinstance(left, tree.ParameterRef) or left.parameter.bounds is None:
+        return comparison
+    limit = evaluation.constant(right)
+    if isinstance(limit, bool) or not isinstance(limit, int | float):
+        return comparison
+    low, high = left.parameter.bounds
+    for value, word in ((True, operator), (False, _OPPOSITE[operator])):
+        if _ALWAYS[word](low, high, limit):
+            return tree.Literal(value, comparison.type, comparison.span)
+    return comparison
+
+
+# Texts of the messages about types.
+
+
+def _of_three(node: ExprNode, place: str) -> str | None:
+    """The hint for ``a < x < b``, if a node is a comparison that is compared; else None."""
+    orders = {f"'{o.spelling}'": o.spelling for o in BINARY.values() if o.is_comparison}
+    if place not in orders or not isinstance(node, BinaryNode):
+        return None
+    if not BINARY[node.operator].is_comparison:
+        return None
+    middle = node.right.span.text
+    return f"write {node.span.text} and {middle} {orders[place]} …"
+
+
+VALUE_PLACES = (
+    "'value' can be used in enum rules, in requirements on commands and their data, and after"
+    " 'on request', 'on response', 'on feedback' and an action's 'on error'"
+)
+
+
+def alternatives(meanings: list[tree.Expr]) -> str:
+    """The types of a name's meanings as text: ``a state (a boolean) or a value of Way``."""
+    return " or ".join(dict.fromkeys(_in_words(m) for m in meanings))
+
+
+def _in_words(meaning: tree.Expr) -> str:
+    if isinstance(meaning, tree.StateRef):
+        return "a state (a boolean)"
+    return compatibility.describe(meaning.type)
+
+
+def _unquoted(value: object, expected: ExpectedType) -> str | None:
+    """A number or boolean that is written in quotes; None for everything else."""
+    if not isinstance(value, str):
+        return None
+    if value in ("true", "false") and expected.accepts(types.BooleanType()):
+        return value
+    is_number = value.replace(".", "", 1).removeprefix("-").isdecimal()
+    return value if is_number and expected.accepts(types.DoubleType()) else None
+
+
+def hint_for(node: ExprNode, given: types.Type, expected: ExpectedType, place: str) -> Hint | None:
+    """The remedy for an expression whose type does not fit its place; None if there is no usual."""
+    if isinstance(expected.type, types.DurationType):
+        return "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
+    if isinstance(expected.type, types.IntegerType) and isinstance(given, types.DoubleType):
+        return "a double is never converted to an integer implicitly"
+    if isinstance(given, types.ObjectType):
+        fitting = [name for name, type_ in given.properties if expected.accepts(type_)]
+        if len(fitting) == 1:  # of std_msgs/Float32, for one
+            return write(f"{node.span.text}.{fitting[0]}")
+    if (comparison := _of_three(node, place)) is not None:
+        return comparison
+    if isinstance(node, LiteralNode) and (unquoted := _unquoted(node.value, expected)):
+        return write(unquoted, ", without quotes")
+    if place == "'=>'":
+        return "'=>' means 'implies': write >= to compare"
+    literal = place == value_word.RULE and isinstance(node, LiteralNode)
+    if not literal:
+        return None
+    meant = f"value = {node.span.text}"
+    return Remedy(f"write: {meant}", Change.REPLACE, (meant,))
 
 
 class Typer:
@@ -71,7 +280,7 @@ class Typer:
         self._incoming = incoming
         self._faults = report_unknown.NameFaults(report, types, symbols)
         self._meanings = resolve_name.Meanings(report, types, symbols, incoming.reasons)
-        self._parts = parts.Parts(report, types)
+        self._parts = Parts(report, types)
         self._bound: dict[str, aggregates.Bound] = {}
         self._aggregates = aggregates.Aggregates(self.check, self._bound, report)
         self._conditions: dict[tuple[int, str], tuple[nodes.ExprNode, Expr | None]] = {}
@@ -361,7 +570,7 @@ class Typer:
         type_ = self._parts.type_of(access, bound.type)
         if type_ is None:
             return None
-        return ElementRef(name, parts.path_of(access), type_, access.span, bound.constant)
+        return ElementRef(name, path_of(access), type_, access.span, bound.constant)
 
     # --- value -----------------------------------------------------------------------------------
 
@@ -381,4 +590,4 @@ class Typer:
         type_ = self._parts.type_of(access, incoming.type)
         if type_ is None:
             return None
-        return ValueRef(parts.path_of(access), type_, access.span, incoming.optional)
+        return ValueRef(path_of(access), type_, access.span, incoming.optional)

@@ -394,12 +394,14 @@ class Reporter:
         self._thread.start()
 
     def close(self, timeout: float = 0.5) -> None:
+        """Have what happened last written, within some ``timeout`` seconds."""
+        end = time.monotonic() + timeout
         self._closing.set()
         self._engine.changed.set()
         if self._thread.is_alive():  # it may be stopped before it started
-            self._thread.join(timeout)
+            self._thread.join(max(timeout, 0.1))
         if self._engine.keeper is not None:
-            self._engine.keeper.close(timeout)
+            self._engine.keeper.close(max(end - time.monotonic(), 0.1))
 
     def is_alive(self) -> bool:
         """Whether its thread runs, which may outlast ``close``."""

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
+from pathlib import Path
+from typing import Any
 
 from robosc.emit.supervisor.command_recognition import CommandMatch, command_matches
 from robosc.emit.supervisor.commuting import not_commuting
@@ -20,11 +22,16 @@ from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Communication, Robot
 from robosc.plant.event_values import value_parts
 from robosc.progress import Progress
+from robosc.runtime.core import transforms
 from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.engine_parts import BoundInput
 from robosc.runtime.core.recorder import Entry
 from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.values import UNREADABLE, Mismatch
+from robosc.runtime.judge import observation
 from robosc.runtime.judge.gathering import ArrivalTime, Lateness
-from robosc.runtime.judge.matching import command_patterns
+from robosc.runtime.judge.matching import CommandPattern, command_patterns, matching_command
+from robosc.runtime.judge.monitoring import Monitoring
 from robosc.runtime.judge.observation import (
     Handler,
     SeenAction,
@@ -34,17 +41,194 @@ from robosc.runtime.judge.observation import (
 from robosc.runtime.judge.seen import MonitorPort
 from robosc.runtime.judge.sight import unknown_in
 from robosc.simulate.bags.bag_files import Bag
-from robosc.simulate.bags.bag_monitoring import BagMonitoring, ShortWay
 from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
-from robosc.simulate.bags.recorded_transforms import FORMER_TYPE, TOPICS, TYPE, RecordedTransforms
-from robosc.simulate.bags.recorded_types import demand_type, types_of
 from robosc.simulate.bags.selected_fields import Path as FieldPath
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.execute import read_settings
 from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.start import parameters
 from robosc.supervisor import Supervisor
+
+# The types that the topics of a model should have in a recording.
+
+
+_NUMBERS = frozenset(
+    {"Float32", "Float64", *(f"{u}Int{bits}" for u in ("", "U") for bits in (8, 16, 32, 64))}
+)
+"""The messages of std_msgs that are a number: whichever was recorded, it can be read."""
+
+
+def types_of(communication: Communication, ros_1: bool) -> Mapping[str, str]:
+    """By the parts of a communication's name (of a message ``""``), as ``rosbags`` has them."""
+    package, name = communication.binding.package, communication.binding.type
+    if communication.kind is Kind.SERVICE:
+        return {"/_service_event": f"{package}/srv/msg/{name}_Event"}
+    if communication.kind is not Kind.ACTION:
+        return {"": f"{package}/msg/{name}"}
+    if not ros_1:
+        feedback = f"{package}/action/msg/{name}_FeedbackMessage"
+        return {"/_action/status": "action_msgs/msg/GoalStatusArray", "/_action/feedback": feedback}
+    parts = {f"/{part.lower()}": f"{package}/msg/{name}Action{part}"
+             for part in ("Goal", "Feedback", "Result")}  # fmt: skip
+    return {
+        **parts,
+        "/cancel": "actionlib_msgs/msg/GoalID",
+        "/status": "actionlib_msgs/msg/GoalStatusArray",
+    }
+
+
+def demand_type(path: Path, name: str, part: str, recorded: Collection[str], expected: str) -> None:
+    """Raises UsageError if a topic, a part of what has the name, has messages that are not of the
+    type that the model expects."""
+    if all(_sort(type_) == _sort(expected) for type_ in recorded):
+        return
+    found = " and ".join(_in_ros(type_) for type_ in recorded)
+    remedy = (
+        "keep only those (for instance with 'rosbag filter')"
+        if expected in recorded
+        else "correct the model"
+    )
+    raise UsageError(
+        f"{path}: {name}{part} has messages of {found}, but the model expects"
+        f" {_in_ros(expected)}: {remedy}, or give the name that is meant: --remap {name}:=/OTHER"
+    )
+
+
+def _sort(type_: str) -> str:
+    package, _, name = type_.partition("/msg/")
+    return "a number" if package == "std_msgs" and name in _NUMBERS else type_
+
+
+def _in_ros(type_: str) -> str:
+    return type_.replace("/msg/", "/")
+
+
+# The transforms of a model in a recording, from its messages on ``/tf`` and ``/tf_static``.
+
+
+TOPICS = ("/tf", "/tf_static")
+TYPE = "tf2_msgs/msg/TFMessage"
+FORMER_TYPE = "tf/msg/tfMessage"
+"""That of the first tf, with the same contents."""
+
+
+class RecordedTransforms:
+    """``now`` is the clock of the recording, ``post`` makes what takes the messages of some
+    communications. ``faults`` are those that were found until now."""
+
+    def __init__(
+        self,
+        chains: Mapping[tuple[str, str], transforms.Keys],
+        settings: Settings,
+        now: Callable[[], float],
+        post: Callable[[Sequence[str]], Callable[[Any], None]],
+    ) -> None:
+        rows = [(*frames, keys) for frames, keys in chains.items()]
+        self._transforms = transforms.Transforms(rows, transforms.period_by(settings.rates))
+        self._posts = {keys: post(keys) for _, _, keys in rows}
+        self._now = now
+        self.next = self._transforms.next
+        self.faults: dict[str, None] = {}
+
+    def handler(self, bag: Bag, topic: str, is_static: bool) -> observation.Handler:
+        """What takes the messages of a topic."""
+        nodes = {c.node for c in bag.storage.channels.values() if c.topic == topic and c.node}
+        publishers = " or ".join(sorted(nodes)) or f"whoever sends {topic}"
+
+        def take(message: Any) -> None:
+            now = self._now()
+            told = partial(str, publishers)
+            self._pass_on(self._transforms.take(message.transforms, is_static, told, now, now))
+            self.faults |= dict.fromkeys(self._transforms.faults())
+
+        return take
+
+    def flush(self) -> None:
+        """Pass on what has waited until now."""
+        self._pass_on(self._transforms.due(self._now()))
+
+    def _pass_on(self, messages: Sequence[tuple[transforms.Keys, Any]]) -> None:
+        for keys, message in messages:
+            self._posts[keys](message)
+
+
+# The role of a monitor that follows a recording, with a short way for messages that come
+# alone.
+
+
+_ROUNDING = 1e-6
+"""Seconds, above what is lost by rounding times since 1970."""
+
+
+ShortWay = Callable[[Any], "int | None"]
+"""Takes a message that comes alone, and returns how many events it was that are not recorded, since
+there is nothing to say of them; None: it has to go through the engine, and nothing has changed."""
+
+
+class BagMonitoring(Monitoring):
+    """Judges a recording. Most of its messages come while nothing is due by the clock: they need
+    neither inbox nor queue."""
+
+    def _span(self) -> float:
+        return self.tolerance  # a recording does not tell how late its node was
+
+    def begin(self) -> None:
+        super().begin()
+        sorts = {c.sort for c in self._controller.COMMUNICATIONS}
+        self._has_clocks = bool(self._parts.clocks.delays)
+        self._may_be_due = bool(self._invariants.rows) or "action" in sorts
+
+    def is_idle_until(self, time: float) -> bool:
+        """Whether nothing is due until a time of the recording."""
+        span = time - self._parts.steady() + _ROUNDING
+        left = self._parts.clocks.time_to_next() if self._has_clocks else None
+        if left is not None and left <= span:
+            return False
+        left = self.due() if self._may_be_due or self._pending.oldest is not None else None
+        return left is None or left > span
+
+    def short_way(self, entry: BoundInput) -> ShortWay:
+        """Return what applies an input as the engine would, but for its entry in the record."""
+        engine, clocks, crossings = self._engine, self._parts.clocks, self._crossings
+        state, read, apply, writes = vars(self._controller), entry.read, entry.apply, entry.writes
+        keys, orders = (entry.key,), crossings.of(entry.key)
+        is_watched, pending = clocks.is_watched(entry.key), self._pending
+
+        def take(message: Any) -> int | None:
+            before = None if orders is None else orders.moment()
+            values = [state[name] for name in writes]
+            try:
+                apply(None if read is None else read(message))
+            except (Mismatch, *UNREADABLE):
+                return None
+            for name, value in zip(writes, values, strict=True):
+                if state[name] is not value:
+                    engine.after(writes, None)
+                    break
+            if orders is not None and before is not None:
+                orders.happened(crossings.arrival((entry,), message), before)
+            if is_watched:
+                clocks.heard(keys, self._parts.steady())
+            if pending.oldest is not None:
+                pending.judge(self._answer)
+            return 1
+
+        return take
+
+    def short_way_of_commands(self, topic: str, patterns: Sequence[CommandPattern]) -> ShortWay:
+        """Return what takes the commands of a topic as :meth:`offer` does."""
+
+        def take(message: Any) -> int | None:
+            key = matching_command(patterns, message)
+            if key is None:
+                return None
+            self._pending.name_topic(key, topic)
+            self._take_command(key, "request", message)
+            return 0
+
+        return take
+
 
 _BEHIND = 0.001
 """Seconds, far above what is lost by rounding."""

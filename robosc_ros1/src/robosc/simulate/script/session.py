@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import random
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
@@ -15,16 +15,68 @@ from typing import Any
 from robosc import errors, limits
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.model.automata import RESTING
+from robosc.plant import automaton, step
 from robosc.plant.automaton import Event
 from robosc.runtime.core.places import places
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.machines import machine
-from robosc.simulate.script import expectations, trace_steps
+from robosc.simulate.machines.machine import Machine, label
+from robosc.simulate.script import expectations
 from robosc.simulate.script.conditions import condition
-from robosc.simulate.values.event_data import Given, complete
+from robosc.simulate.values.drawn_values import completed
+from robosc.simulate.values.event_data import Given, by_path, complete
 from robosc.simulate.values.literals import Raw, literal_text, parse_raw
 from robosc.syntax.parser import read_bytes
-from robosc.synthesis.formatting import event_text
+from robosc.synthesis.formatting import event_text, part_text
+
+# Reads an event as traces and explanations write it: ``battery.response(charge > 0.2)``.
+
+
+def fired_by(machine: Machine, text: str) -> tuple[automaton.Event, Given] | None:
+    """What a step of a trace lets happen; None if this is none, or time passes (``--execute``).
+
+    A class gives the number or string that represents it, a test the outcome that is written.
+    """
+    if machine.time is not None:
+        return None
+    name, _, path = text.partition(": ")
+    for choice in machine.choices():
+        event, typed = choice.event, f"{label(choice.event)} ({path})"
+        if not event.kind.of_component or event.name != name or choice.given is None:
+            continue
+        if text == event_text(event) or choice.text == typed:
+            return event, choice.given
+    found = step_written(machine.plant, text)
+    if found is None and any(event_text(e) == text for e in machine.plant.events):
+        raise Refused(f"{text} cannot happen now")
+    if found is None:
+        return None
+    event, values = found
+    return event, completed(machine.plant.robot, event, by_path(event, values), label(event))
+
+
+def step_written(plant: automaton.Plant, text: str) -> tuple[automaton.Event, step.Values] | None:
+    """The event with the values that read so in a trace; None if there is none."""
+    for event in plant.events:
+        head = f"{event_text(event)}("
+        if event.parameters and text.startswith(head) and text.endswith(")"):
+            for values in _values(event.parameters, text[len(head) : -1]):
+                if step.is_consistent(values, step.missing_together(event)):
+                    return event, values
+    return None
+
+
+def _values(parameters: Sequence[automaton.EventParameter], text: str) -> Iterator[step.Values]:
+    """All readings of a text as values of parameters, in order, with commas between."""
+    first, *rest = parameters
+    for value in first.values:
+        part = part_text(first, value)
+        if not rest:
+            if text == part:
+                yield (value,)
+        elif text.startswith(f"{part}, "):
+            yield from ((value, *others) for others in _values(rest, text[len(part) + 2 :]))
+
 
 MakeMachine = Callable[..., machine.Machine]
 """A machine in its initial state, with these parameters, and perhaps values of persistent
@@ -128,7 +180,7 @@ class Session:
         try:
             return self._by_name(text)
         except InvalidLine:
-            step = trace_steps.fired_by(self.machine, text)
+            step = fired_by(self.machine, text)
             if step is None:
                 raise
         return self._did(self._fire(*step))

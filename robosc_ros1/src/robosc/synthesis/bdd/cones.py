@@ -81,6 +81,7 @@ class Cones:
         while layers[-1] & wanted == false:
             if len(layers) + 1 >= length or work < 0:
                 return None
+            engine.manager.make_room()
             try:
                 new = engine.manager.union(
                     image(one, layers[-1]) for several in moves.values() for one in several

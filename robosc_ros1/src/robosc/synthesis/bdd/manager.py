@@ -162,7 +162,6 @@ class Manager:
 
     def and_exists(self, first: Any, second: Bdd, cube: Bdd) -> Bdd:
         """Return the relational product: the conjunction with ``cube`` quantified existentially."""
-        self.make_room()
         try:
             projected: Bdd = first.apply_exists(self._and, second, cube)
         except TypeError:

@@ -107,6 +107,7 @@ class Relaxation:
         rank = 0
         while changed:
             rank += 1
+            self._engine.manager.make_room()
             known = {variable: tuple(values) for variable, values in ranks.items()}
             recent, changed = changed, set()
             for number, (disjuncts, touched) in self._moves.items():

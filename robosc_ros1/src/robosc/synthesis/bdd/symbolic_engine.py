@@ -302,6 +302,7 @@ class SymbolicEngine:
 
     def required_preimage(self, event: EventRelation, states: Bdd) -> Bdd:
         """Return the preimage of ``states`` under an event of the plant under its requirements."""
+        self.manager.make_room()
         return self.manager.union(
             self.relations.preimage(disjunct, states) for disjunct in self._permitted[event.number]
         )
@@ -322,6 +323,7 @@ class SymbolicEngine:
         left = states
         length = 0
         while left != self.manager.false:
+            self.manager.make_room()
             before = self.manager.union(
                 self.relations.preimage(disjunct, left) & left for disjunct in transitions
             )

@@ -172,7 +172,7 @@ class ReachedStates:
     unsafe: _States = field(default_factory=set)
 
 
-_STEPS = 10**6
+_STEPS = 2**14
 """Steps after which the limit is asked at the latest."""
 
 
