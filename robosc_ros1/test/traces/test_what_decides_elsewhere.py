@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
 from emit.generated_code import supervisor_of
 from emit.scripted_controllers import faults_of, scripts_of
-from ros_support import EXAMPLES
+from ros_support import EXAMPLES, REPOSITORY
 
 from robosc import pipeline
 from robosc.traces.scripts import choose
@@ -95,6 +98,19 @@ def test_edges_on_one_line_are_looked_at_one_by_one_where_they_would_show() -> N
     """Beside a low battery, an internal transition leads on to the right state at once."""
     right = 'if self.mission == "driving performing" and self.go_cancelling:'
     assert faults_of(supervisor_of(OVERLAP), right, "if self.go_cancelling:")
+
+
+CRANE = REPOSITORY / "robosc_ros1" / "test" / "ros2" / "models" / "crane.rscd"
+LIMITER = EXAMPLES / "gallery" / "limiter" / "limiter.rscd"
+
+
+@pytest.mark.parametrize("model", [CRANE, LIMITER], ids=lambda model: model.stem)
+def test_monitors_of_corrected_commands_have_runs(model: Path) -> None:
+    """What synthesis takes apart by what commands carry is one command again."""
+    libraries = (EXAMPLES / "gallery" / "libraries",)
+    options = pipeline.Options(supervises=True, library_path=libraries)
+    traces = choose(pipeline.synthesize(pipeline.load(model, options).robot), follows=True)
+    assert any(run.cases for run in traces.runs)
 
 
 def test_time_passes_for_monitors() -> None:

@@ -7,6 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from robosc.expr.tree import TRUE
+from robosc.plant.automaton import Event
+from robosc.plant.build import lower
 from robosc.runtime.core.values import NOW, jsonable
 from robosc.simulate.machines.machine import label
 from robosc.simulate.values.literals import literal_text
@@ -112,8 +114,12 @@ class GuardRecorder(Recorder):
 class MonitorRecorder(GuardRecorder):
     """One run from the start of a monitor, with the clock of a supervisor that forbids nothing."""
 
+    def _own(self, event: Event) -> Event:
+        events = (one.whole or one for one in self.machine.plant.events)
+        return next(one for one in events if one.identity == event.identity)
+
     def _take(self, step: ExactStep, sample: Sample, attempt: Attempt) -> None:
-        self.machine.fire(step.event, sample.given)
+        self.machine.fire(self._own(step.event), sample.given)
         components = self.machine.state.components
         self.is_over |= any(place != self.state[name] for name, place in components.items())
 
@@ -124,11 +130,8 @@ class MonitorRecorder(GuardRecorder):
 
 def permissive(supervisor: Supervisor) -> Supervisor:
     """A supervisor that forbids and corrects nothing."""
-    plant = supervisor.plant
-    robot = replace(plant.robot, requirements=(), provides=())
-    events = [replace(event, requirements=()) for event in plant.events]
-    guards = [Guard(event, TRUE, TRUE, "as required") for event in events if event.controllable]
-    plant = replace(plant, robot=robot, events=tuple(events))
+    plant = lower(replace(supervisor.plant.robot, requirements=(), provides=()))
+    guards = [Guard(e, TRUE, TRUE, "as required") for e in plant.events if e.controllable]
     return replace(supervisor, plant=plant, guards=tuple(guards), explanations=())
 
 

@@ -17,6 +17,7 @@ from robosc.expr.tree import ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
 from robosc.language.events import EventKind, Kind
 from robosc.model.stages import told_stages
+from robosc.plant.automaton import Event
 from robosc.runtime.core.places import place_of, stage_of, stands_in
 from robosc.runtime.core.settings import parameter_name
 from robosc.runtime.core.values import NOW, Undefined, jsonable
@@ -169,7 +170,7 @@ class Recorder:
             self._fire(step, sample)
 
     def _fire(self, step: ExactStep, sample: Sample) -> None:
-        event = step.event
+        event = self._own(step.event)
         if not self.machine.can(event, sample.given) or (sample.rejects and self._runs(event.key)):
             self.is_over = True
             return
@@ -182,6 +183,10 @@ class Recorder:
                 self._heard[f"~{key}"] = step, sample, self.machine.time
         self._also = {other.identity: parts for other, parts in sample.also}
         self._record(text, step, sample.parts, happened)
+
+    def _own(self, event: Event) -> Event:
+        """An event as the machine knows it."""
+        return event
 
     def _runs(self, key: str) -> bool:
         """Whether a goal is known to have been accepted, so that it cannot be rejected."""
