@@ -14,6 +14,10 @@ from .ros_parameters import is_simulated
 
 PERIOD = 3.0
 """Seconds between two checks of the graph."""
+SOON = 1.0
+"""Seconds after which a node has its name that is just being discovered."""
+_UNNAMED = "/_NODE_NAME_UNKNOWN_"
+"""What the graph calls a node until then."""
 _MANUAL = LivelinessPolicy.MANUAL_BY_TOPIC
 _ENDLESS = 2**63 - 1
 _EVERYBODYS = ("/rosout", "/parameter_events")
@@ -29,14 +33,19 @@ class Watch(ConnectionWatch):
         super().__init__(connections, lambda text: node.get_logger().warning(text))
         self._node = node
         self._due = 0.0
+        self._has_waited = False
 
     def look(self):
-        """Check the graph if that is due."""
+        """Check the graph if that is due, and no node is just being discovered."""
         if time.monotonic() >= self._due:
-            self._due = time.monotonic() + PERIOD
-            self.connections = self.connections._replace(simulated=is_simulated(self._node))
-            faults = (*self._namesakes(), *self._topics(), *self._services())
-            self.update(faults, *self._nodes())
+            nodes = self._nodes()
+            unnamed = any(_UNNAMED in names for of in nodes for names in of.values())
+            self._has_waited = unnamed and not self._has_waited
+            self._due = time.monotonic() + (SOON if self._has_waited else PERIOD)
+            if not self._has_waited:
+                self.connections = self.connections._replace(simulated=is_simulated(self._node))
+                faults = (*self._namesakes(), *self._topics(), *self._services())
+                self.update(faults, *nodes)
 
     def _nodes(self):
         """Return the nodes that publish and those that subscribe to the model's topics."""

@@ -37,7 +37,7 @@ from robosc.runtime.core.model import Command
 from robosc.runtime.core.reasons import blocked_by
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.values import Mismatch
-from robosc.simulate.machines.reasons import reasons
+from robosc.simulate.machines.event_by_event import reasons
 from robosc.simulate.machines.state import state_of
 
 

@@ -83,6 +83,7 @@ def test_a_goal_reports_progress_and_ends_where_its_client_cancels_it(
         assert agent.call("stop")["outcome"] == "sent"
         agent.begin(call="grab", arguments={}, cancel_after=1)
         node.shows(lambda s: s["communications"]["grab"] == "busy")
+        robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
         robot.do("progress", name="/grab", fields={})
         told = agent.hear()
         assert "progress" in told
