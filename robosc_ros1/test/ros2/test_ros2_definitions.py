@@ -63,7 +63,7 @@ float64 area 1.5
         Definition.of(
             "shapes/Shape",
             (
-                ("name", "string", "round # thing"), ("corners", "int32[]", (1, 2)),
+                ("name", "string<=10", "round # thing"), ("corners", "int32[<=5]", (1, 2)),
                 ("labels", "wstring[3]"),
                 ("centre", "shapes/Point"), ("stamp", "builtin_interfaces/Time"),
                 ("area", "float64", 1.5),
@@ -144,8 +144,8 @@ module shapes { module msg {
         Definition.of(
             "shapes/Shape",
             (
-                ("corners", "int32", 3), ("id", "uint64"), ("name", "string"),
-                ("sides", "float64[]"), ("box", "shapes/Point[4]"),
+                ("corners", "int32", 3), ("id", "uint64"), ("name", "string<=10"),
+                ("sides", "float64[<=5]"), ("box", "shapes/Point[4]"),
                 ("stamp", "builtin_interfaces/Time"), ("flags", "uint8"),
             ),
             (("ROUND", 1), ("NAME", "struct Shape { long no; };")),
