@@ -114,7 +114,7 @@ def pytest_collection_finish() -> None:
 def group_of(item: pytest.Item) -> str:
     """Return the name of the tests that run in one process with this one."""
     shared = {item.path.parent.name, *getattr(item, "fixturenames", ())}.intersection(TOGETHER)
-    return next(iter(shared), item.path.name)
+    return next(iter(shared), getattr(item.module, "GROUP", item.path.name))
 
 
 @pytest.hookimpl(hookwrapper=True, tryfirst=True)

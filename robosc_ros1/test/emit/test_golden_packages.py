@@ -13,6 +13,9 @@ from kept import Kept
 import robosc.runtime
 from robosc.emit.package.package import MARKER
 
+GROUP = "golden"
+"""One process makes the packages, for all tests that look at them."""
+
 RUNTIME = Path(robosc.runtime.__file__).parent
 
 

@@ -17,6 +17,9 @@ import robosc
 from robosc.emit.write.line_breaks import WIDTH
 from robosc.resources import templates_folder
 
+GROUP = "golden"
+"""One process makes the packages, for all tests that look at them."""
+
 
 @pytest.mark.parametrize(("model", "target", "mode"), PACKAGES)
 def test_no_tuple_is_empty_over_two_lines(model: str, target: str, mode: str) -> None:

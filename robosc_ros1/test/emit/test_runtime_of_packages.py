@@ -12,6 +12,9 @@ from emit.golden_packages import PACKAGES, package_of
 
 from robosc.emit.package.package import File
 
+GROUP = "golden"
+"""One process makes the packages, for all tests that look at them."""
+
 ALL = {
     "__init__", *(f"core/{name}" for name in (
         "__init__", "calls", "clocks", "connections", "engine", "engine_parts", "gate", "inbox", "intake",
