@@ -13,6 +13,9 @@ from robosc.emit.controller.python_literals import assignment
 from robosc.emit.write.line_breaks import WIDTH
 from robosc.emit.write.text_breaks import break_comments, break_markdown, break_xml
 
+GROUP = "golden"
+"""One process makes the packages, for all tests that look at them."""
+
 WORDS = "many words " * 7
 
 
