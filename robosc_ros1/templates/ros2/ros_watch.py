@@ -14,10 +14,11 @@ from .ros_parameters import is_simulated
 
 PERIOD = 3.0
 """Seconds between two checks of the graph."""
-SOON = 1.0
-"""Seconds after which a node has its name that is just being discovered."""
-_UNNAMED = "/_NODE_NAME_UNKNOWN_"
-"""What the graph calls a node until then."""
+SOON, LATEST = 1.0, 10.0
+"""Seconds between two checks while a node that is just being discovered has no name yet, and those
+after which it is told of without one; it mostly takes tenths of a second, but may take four."""
+_UNNAMED = "a node without a name"
+"""One that has just been discovered, or is none of ROS."""
 _MANUAL = LivelinessPolicy.MANUAL_BY_TOPIC
 _ENDLESS = 2**63 - 1
 _EVERYBODYS = ("/rosout", "/parameter_events")
@@ -33,16 +34,17 @@ class Watch(ConnectionWatch):
         super().__init__(connections, lambda text: node.get_logger().warning(text))
         self._node = node
         self._due = 0.0
-        self._has_waited = False
+        self._named = time.monotonic()  # when all nodes had names, or were told of
 
     def look(self):
         """Check the graph if that is due, and no node is just being discovered."""
         if time.monotonic() >= self._due:
-            nodes = self._nodes()
+            now, nodes = time.monotonic(), self._nodes()
             unnamed = any(_UNNAMED in names for of in nodes for names in of.values())
-            self._has_waited = unnamed and not self._has_waited
-            self._due = time.monotonic() + (SOON if self._has_waited else PERIOD)
-            if not self._has_waited:
+            waits = unnamed and now < self._named + LATEST
+            self._due = now + (SOON if waits else PERIOD)
+            if not waits:
+                self._named = now
                 self.connections = self.connections._replace(simulated=is_simulated(self._node))
                 faults = (*self._namesakes(), *self._topics(), *self._services())
                 self.update(faults, *nodes)
@@ -96,7 +98,13 @@ class Watch(ConnectionWatch):
 
 def full_names(ends):
     """Return the names of nodes, with their namespaces, by what the graph tells of their ends."""
-    return [end.node_namespace.rstrip("/") + "/" + end.node_name for end in ends]
+    return [_full_name(end) for end in ends]
+
+
+def _full_name(end):
+    if end.node_name == "_NODE_NAME_UNKNOWN_":
+        return _UNNAMED
+    return end.node_namespace.rstrip("/") + "/" + end.node_name
 
 
 def _faults(own, other, verb, qualities):
@@ -111,8 +119,7 @@ def _faults(own, other, verb, qualities):
         if lack is None:
             return
         end = "with another quality of service, so nothing gets through: %s" % lack
-    node = other.node_namespace.rstrip("/") + "/" + other.node_name
-    yield "%s %s %s %s" % (node, verb, own.topic_name, end)
+    yield "%s %s %s %s" % (_full_name(other), verb, own.topic_name, end)
 
 
 def fits(publisher, subscription):

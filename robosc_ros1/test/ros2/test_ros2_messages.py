@@ -268,6 +268,44 @@ def test_who_else_is_on_its_topics_is_told(graph: Graph, controller: Start) -> N
     robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
 
 
+STRANGER = """
+import sys, time, rclpy
+from std_msgs.msg import Empty
+rclpy.init()
+node = rclpy.create_node(sys.argv[1])
+publisher = node.create_publisher(Empty, "beacon", 1)
+time.sleep(600)
+"""
+LOOKING = """
+import subprocess, sys
+import rclpy
+from guarded_arm import ros_watch
+from guarded_arm.node import TABLES
+ros_watch.PERIOD = 0.0  # it looks all the time, also before the name is known
+rclpy.init()
+watch = ros_watch.Watch(rclpy.create_node("guarded_arm"), TABLES, "")
+told = set()
+for name in ("first", "second", "third"):
+    with subprocess.Popen([sys.executable, sys.argv[1], name]) as stranger:
+        while not any(fault.startswith("/%s also" % name) for fault in watch.faults):
+            watch.look()
+            told.update(fault.partition(" also ")[0] for fault in watch.faults)
+        stranger.kill()
+print(sorted(told))
+"""
+
+
+def test_a_node_is_told_of_once_its_name_is_known(graph: Graph, built: Any, tmp_path: Path) -> None:
+    """The graph has its publisher some tenths of a second earlier."""
+    looking, stranger = tmp_path / "looking.py", tmp_path / "stranger.py"
+    looking.write_text(LOOKING)
+    stranger.write_text(STRANGER)
+    environment = built.environment("guarded_arm")
+    done = graph.start(graph.bed.python, looking, stranger, **environment)
+    assert done.wait() == 0, done.output
+    assert "['/first', '/second', '/third']" in done.output, done.output
+
+
 def test_a_message_that_the_model_cannot_read_stops_nothing(
     graph: Graph, controller: Start
 ) -> None:
