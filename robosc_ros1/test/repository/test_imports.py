@@ -285,7 +285,7 @@ def test_no_two_stages_have_classes_of_one_name() -> None:
     assert twice <= {(module, "runtime.core.model") for module in ours}
 
 
-IDENTITIES = ("model", "plant", "supervisor", "synthesis", "emit", "simulate.machines")
+IDENTITIES = ("model", "plant", "supervisor", "synthesis", "emit", "simulate.machines", "traces")
 """Here names of the model are values; what people wrote or read is taken apart elsewhere."""
 OF_TEXTS = ("model.ros", "emit.write", "emit.package.config")
 """Definitions of messages, generated Python, and options."""

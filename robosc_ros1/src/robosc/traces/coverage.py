@@ -20,6 +20,7 @@ from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl
 from robosc.plant.part_names import LONG
 from robosc.runtime.core.places import told_with_stage
+from robosc.runtime.core.shortening import shortened_text
 from robosc.runtime.core.values import Undefined
 from robosc.simulate.machines.machine import label
 from robosc.traces.deciding_atoms import Atom, DecidedCondition, filtered_in
@@ -154,7 +155,7 @@ class Coverage:
         number, name = rule.step.number, label(rule.step.event)
         yield ("sent", number), f"{name} is sent"
         for index, demand in enumerate(rule.demands):
-            demanded = demand.text if len(demand.text) <= LONG else f"{demand.text[:LONG]}…"
+            demanded = shortened_text(demand.text, LONG)
             for outcome, text in _outcomes(demand.condition):
                 told = f"{name}, {demanded} ({demand.place}): {text} alone decides"
                 short = text.replace(", which is ", " is ").rstrip(",")

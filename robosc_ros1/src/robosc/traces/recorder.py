@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+from robosc import dotted
 from robosc.expr.tree import ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
 from robosc.language.events import EventKind, Kind
@@ -123,8 +124,7 @@ class Recorder:
         self.is_over = False
         self._stages: dict[str, list[str]] = {}
         for name in told_stages(self._robot):
-            state, _, stage = name.partition(" ")
-            self._stages.setdefault(state, []).append(stage)
+            self._stages.setdefault(place_of(name), []).append(stage_of(name))
         self._fields = {
             label(s.event): self._robot.commands[s.event.command].field or ""
             for s in steps.commands
@@ -182,7 +182,8 @@ class Recorder:
             if f"~{key}" in self._timeouts:
                 self._heard[f"~{key}"] = step, sample, self.machine.time
         self._also = {other.identity: parts for other, parts in sample.also}
-        self._record(text, step, sample.parts, happened)
+        value: Case = ("value", step.number, sample.text)
+        self._record(text, step, sample.parts, happened, value)
 
     def _own(self, event: Event) -> Event:
         """An event as the machine knows it."""
@@ -278,12 +279,15 @@ class Recorder:
     # --- what the plant says -------------------------------------------------------------------
 
     def _record(
-        self, text: str, step: ExactStep | None, parts: Carried, happened: Iterable[Happening]
+        self,
+        text: str,
+        step: ExactStep | None,
+        parts: Carried,
+        happened: Iterable[Happening],
+        *shown: Case,
     ) -> None:
-        before, cases = self.state, set[Case]()
+        before, cases = self.state, set(shown)
         assigned = set() if step is None else set(_assigned(step, before, parts))
-        if step is not None:
-            cases.add(("value", step.number, text.partition(" ")[2]))
         sent: list[tuple[ExactStep, Any]] = []
         try:
             for happening in happened:
@@ -422,7 +426,7 @@ class Recorder:
             fields = [
                 f"{path}: {literal_text(v, True)}"
                 for path, v in _leaves(jsonable(data), self._fields.get(name, ""))
-                if "header" not in path.split(".") and v != NOW
+                if "header" not in dotted.parts(path) and v != NOW
             ]
             if fields:
                 yield f"data {name} {', '.join(fields)}"

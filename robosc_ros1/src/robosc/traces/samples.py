@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+from robosc import dotted
 from robosc.emit.package.config import shared_topics
 from robosc.expr.traversal import path_text, walk
 from robosc.expr.tree import REASON, Binary, VariableRef
@@ -361,7 +362,7 @@ _OF_SCANS = {"angle_min": -1.0, "angle_increment": 0.5, "range_min": 0.05, "rang
 
 
 def _likely(name: str, values: list[Any]) -> list[Any]:
-    usual = _OF_SCANS.get(name.rpartition(".")[2])
+    usual = _OF_SCANS.get(dotted.last(name))
     return values if usual is None else [usual]
 
 

@@ -229,6 +229,7 @@ def files(supervisor: Supervisor, traces: Traces, untested: Collection[str]) -> 
     )
     found["test/shown.py"] = (
         f"{break_long_lines(head)}\n"
+        + assignment("RUNS", names)
         + assignment("REQUIREMENTS", requirement_rows(supervisor, traces))
         + assignment("UNTESTED", [] if follows else _untested(traces, untested))
         + f"SHOWN, CASES, INPUTS = {len(traces.shown)}, {len(traces.cases)}, {traces.inputs}\n"

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from itertools import combinations, islice
 from typing import Any, TypeAlias
 
+from robosc import dotted
 from robosc.emit.supervisor.meant_messages import is_meant, meanings
 from robosc.expr.traversal import walk
 from robosc.expr.tree import VariableRef
@@ -184,7 +185,7 @@ class InputGraph:
         """How each component is, with its calls and messages."""
         found: dict[str, list[Any]] = {}
         for key in (*self._places, *self._calls, *self._messages, *self._finite):
-            found.setdefault(key.lstrip("~").partition(".")[0], []).append(state.get(key))
+            found.setdefault(dotted.first(key.lstrip("~")), []).append(state.get(key))
         return [(name, repr(values)) for name, values in found.items()]
 
     def _expand_next(self) -> bool:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from robot_tables import COMMANDS, COMMUNICATIONS, MEANT, RESULTS, TABLES, USUAL
 from scripts import EVENT, SENT, Condition, Fault, part_of, put, read, same, value
-from shown import CASES, INPUTS, NOT_FOUND, REQUIREMENTS, SHOWN, UNKNOWN, UNREACHABLE
+from shown import CASES, INPUTS, NOT_FOUND, REQUIREMENTS, RUNS, SHOWN, UNKNOWN, UNREACHABLE
 
 PATIENCE = 30.0
 """Seconds of the machine after which what must come is missing."""
@@ -453,8 +453,7 @@ def _event(text):
 def play(script, robot):
     """Play a script against a node of its own. Raises Fault; SkipTest, if the script was made where
     it was not known what fits into a message."""
-    text = script.read_text(encoding="utf-8")
-    parameters, steps = read(text.splitlines())
+    parameters, steps = read(script.read_text(encoding="utf-8").splitlines())
     player = Player(robot, steps)
     with tempfile.TemporaryDirectory() as folder:
         if "persistent_file" in USUAL:
@@ -463,7 +462,7 @@ def play(script, robot):
             try:
                 player.play()
             except Fault as fault:
-                if player.misfit and UNKNOWN and text.startswith("# This file was generated"):
+                if player.misfit and UNKNOWN and script.stem in RUNS:
                     raise unittest.SkipTest(
                         "%s; generate this package again where the definitions of %s are found"
                         % (player.misfit, ", ".join(UNKNOWN))
