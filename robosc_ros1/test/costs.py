@@ -115,16 +115,10 @@ def main() -> None:
         print(line)
     if parser.parse_args().keep:
         known = read(KEPT)
-        whole = known | {f: of_all_cases(c, known.get(f, c).cases) for f, c in last.items()}
+        # A smaller run has taken only some of the cases, and with them what all of them share.
+        whole = known | {f: c for f, c in last.items() if c.cases >= known.get(f, c).cases}
         dear = {f: c for f, c in whole.items() if max(c.processor, c.seconds) >= LEAST}
         write(KEPT, {f: c for f, c in dear.items() if is_there(f)})
-
-
-def of_all_cases(cost: Cost, known: int) -> Cost:
-    """A quick run has taken only some of the cases."""
-    cases = max(cost.cases, known)
-    factor = cases / cost.cases
-    return Cost(cost.size, cases, cost.processor * factor, cost.seconds * factor)
 
 
 def is_there(function: str) -> bool:

@@ -14,6 +14,8 @@ from robosc.emit.package.package import File, Package, frozen_files
 from robosc.emit.write.writer import write
 from robosc.errors import UsageError
 
+GROUP = "golden"
+
 BEGIN, END = "# begin of your own lines: here\n", "# end of your own lines\n"
 
 

@@ -12,6 +12,8 @@ from emit.golden_packages import package_of
 from robosc.emit.write.writer import write
 from robosc.runtime.core.settings import Settings
 
+GROUP = "golden"
+
 NAMES = ("scan", "odom", "vel", "horn", "lamp", "door", "go", "order")
 
 

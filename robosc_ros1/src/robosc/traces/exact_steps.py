@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, Generic, TypeAlias, TypeVar
 
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.expr.evaluation import as_read, evaluate, part_of_value, scalar_of
@@ -47,7 +48,9 @@ from robosc.simulate.faults import InvalidLine
 from robosc.supervisor import Supervisor
 from robosc.traces.samples import Fields
 
+T = TypeVar("T")
 State: TypeAlias = dict[str, Any]
+"""Never changed: an event makes another one."""
 Carried: TypeAlias = Mapping[Any, Any]
 """What an event carries: each part that the model reads, by path; None where it is missing."""
 Function: TypeAlias = Callable[[State, Carried], Any]
@@ -182,6 +185,24 @@ class Partner:
         return None
 
 
+class LastOf(Generic[T]):
+    """A function of a state, which is asked of the same one again and again."""
+
+    def __init__(self, function: Callable[[State], T]) -> None:
+        self._function = function
+        self._state: State | None = None
+        self._found: list[T] = []
+        """Empty: it is undefined."""
+
+    def __call__(self, state: State) -> T:
+        if state is not self._state:
+            self._state, self._found = state, []
+            self._found.append(self._function(state))
+        elif not self._found:
+            raise Undefined
+        return self._found[0]
+
+
 @dataclass(frozen=True, eq=False)
 class ExactStep:
     """An event, compiled. ``guard`` is what the supervisor demands of a command."""
@@ -231,26 +252,31 @@ class ExactStep:
                 found[key] = widen(new) if isinstance(type_, DoubleType) else new
         return found
 
-    def provided(self, state: State) -> tuple[Provide | None, Any]:
-        """The provide statement that gives the data of a command, with the data.
+    @cached_property
+    def provided(self) -> LastOf[tuple[Provide | None, Any]]:
+        """The provide statement that gives the data of a command in a state, with the data.
 
-        Raises:
-            Undefined: some of them have not arrived yet, or are not finite.
+        Raises Undefined if some of them have not arrived yet, or are not finite.
         """
-        for condition, provide, data in self.provides:
-            if condition is None or holds(condition, state):
-                return provide, data(state, NOTHING)
-        return None, None
 
-    def allowed(self, state: State) -> bool:
-        """Whether a command can be sent now."""
-        if self.guard is not None and not holds(self.guard, state):
-            return False
-        try:
-            carried = self.carried(state)
-        except Undefined:
-            return False
-        return self.after(state, carried) is not None
+        def provided(state: State) -> tuple[Provide | None, Any]:
+            for condition, provide, data in self.provides:
+                if condition is None or holds(condition, state):
+                    return provide, data(state, NOTHING)
+            return None, None
+
+        return LastOf(provided)
+
+    @cached_property
+    def allowed(self) -> LastOf[bool]:
+        """Whether a command can be sent in a state."""
+
+        def allowed(state: State) -> bool:
+            if self.guard is not None and not holds(self.guard, state):
+                return False
+            return self.has_data(state) and self.after(state, self.carried(state)) is not None
+
+        return LastOf(allowed)
 
     def has_data(self, state: State) -> bool:
         """Whether there are data to send."""
@@ -261,7 +287,7 @@ class ExactStep:
         return True
 
     def carried(self, state: State) -> Carried:
-        """What a command carries, as far as the model reads it. Raises Undefined."""
+        """What a command carries in a state, as far as the model reads it. Raises Undefined."""
         if not self.provides:
             return NOTHING
         _, data = self.provided(state)

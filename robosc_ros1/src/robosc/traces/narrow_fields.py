@@ -10,7 +10,7 @@ from robosc.expr.traversal import path_text
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
-from robosc.model.ros.interfaces import Definition, FieldType, Missing
+from robosc.model.ros.interfaces import INTEGERS, Definition, FieldType, Missing
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
 from robosc.simulate.faults import InvalidLine
@@ -36,13 +36,18 @@ class KnownFields(Fields):
     def __init__(self, robot: Robot, definitions: MessageDefinitions) -> None:
         super().__init__()
         self._robot, self._definitions = robot, definitions
-        self._types: dict[tuple[Any, str], FieldType | None] = {}
+        self._types: dict[Any, dict[str, FieldType | None]] = {}
+        """Of each event, the types of its fields by path."""
         self._elements: dict[Any, list[Path]] = {}
 
     def narrow(self, event: Event, raw: Any) -> Any:
-        if isinstance(raw, dict):
-            return {path: _as_in(v, self._type(event, path)) for path, v in raw.items()}
-        return _as_in(raw, self._type(event, ""))
+        if not isinstance(raw, dict):
+            return _as_in(raw, self._type(event, ""))
+        found = {}
+        for path, value in raw.items():
+            type_ = self._type(event, path)
+            found[path] = value if type_ is None else _as_in(value, type_)
+        return found
 
     def demand_whole(self, event: Event, raw: Any) -> None:
         if not isinstance(raw, dict) or event.kind.sent:
@@ -64,10 +69,10 @@ class KnownFields(Fields):
 
     def _type(self, event: Event, path: str) -> FieldType | None:
         """The type of a field, or of the array of which it is an element."""
-        key = event.identity, path
-        if key not in self._types:
-            self._types[key] = self._found(event, path)
-        return self._types[key]
+        known = self._types.setdefault(event.identity, {})
+        if path not in known:
+            known[path] = self._found(event, path)
+        return known[path]
 
     def _found(self, event: Event, path: str) -> FieldType | None:
         communication = self._robot.communications.get(event.key)
@@ -118,17 +123,14 @@ def _as_in(value: Any, type_: FieldType | None) -> Any:
     for text in value if isinstance(value, list) else [value]:
         if isinstance(text, str) and type_.longest is not None and len(text) > type_.longest:
             raise InvalidLine(f"{text!r} is longer than {type_.longest}")
-    base = {"byte": "int8", "char": "uint8"}.get(type_.base, type_.base)
-    if base == "float32":
+    if type_.base == "float32":
         return _rounded(value)
-    found = re.fullmatch(r"(u?)int(8|16|32|64)", base)
+    bounds = INTEGERS.get(type_.base)
     for number in value if isinstance(value, list) else [value]:
-        if found is None or not isinstance(number, int) or isinstance(number, bool):
+        if bounds is None or not isinstance(number, int) or isinstance(number, bool):
             continue
-        bits = int(found[2])
-        low, high = (0, 2**bits) if found[1] else (-(2 ** (bits - 1)), 2 ** (bits - 1))
-        if not low <= number < high:
-            raise InvalidLine(f"{number} does not fit {base}")
+        if not bounds[0] <= number <= bounds[1]:
+            raise InvalidLine(f"{number} does not fit {type_}")
     return value
 
 

@@ -77,7 +77,8 @@ def choose(
     steps = Steps(supervisor, by_time, rates, follows, unjudged, fields)
     coverage = Coverage(steps)
     samples = Samples(steps.robot, [s.event for s in steps.steps], steps.fields)
-    search = InputGraph(steps, coverage, samples)
+    proved = unreachable(coverage)
+    search = InputGraph(steps, coverage, samples, coverage.cases.keys() - proved)
     search.explore()
     judged = permissive(supervisor) if follows else supervisor
     wanted = set(search.seen)
@@ -104,7 +105,6 @@ def choose(
         left -= len(recorder.run.lines)
     _annotate(runs, coverage)
     found = frozenset(shown & coverage.cases.keys())
-    proved = unreachable(coverage) if found != coverage.cases.keys() else frozenset()
     return Traces(tuple(runs), coverage.cases, found, coverage, proved, search.tried)
 
 

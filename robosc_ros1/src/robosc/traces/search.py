@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass, field
 from itertools import combinations, islice
 from typing import Any, TypeAlias
@@ -28,6 +28,9 @@ from robosc.traces.samples import Sample, Samples
 
 BUDGET, LEAST = 40000, 60
 """The most inputs that are tried, and the least, however large a model is."""
+PATIENCE, SHORT = 5000, 500
+"""So many inputs are tried after six times those that it took to show the last that is new: where
+cases are left, and where none is, since what is no case may find a fault, too."""
 LARGE = 300
 """So many cases a model may have before less is tried: more cases take longer for each input."""
 USUAL, TRIES = 8, 80
@@ -64,15 +67,21 @@ class Node:
 class InputGraph:
     """The graph as far as it is known."""
 
-    def __init__(self, steps: Steps, coverage: Coverage, samples: Samples) -> None:
+    def __init__(
+        self, steps: Steps, coverage: Coverage, samples: Samples, possible: Set[Case]
+    ) -> None:
         self.steps = steps
         self.coverage = coverage
         self.seen: set[Case] = set()
         """All cases that some edge shows."""
+        self._possible = possible
+        """Those that are searched for; the others nothing can show."""
         self._by_case = {
-            ("sent", s.number): s for s in steps.commands if ("sent", s.number) in coverage.cases
+            ("sent", s.number): s for s in steps.commands if ("sent", s.number) in possible
         }
         self.tried = 0
+        self._last = 0
+        """The number of the input that has shown the last case."""
         self.failures: Counter[int] = Counter()
         """How often an edge has led elsewhere, since it stands for a class of states."""
         self._budget = scaled(BUDGET, coverage)
@@ -152,17 +161,21 @@ class InputGraph:
         return kinds, (kinds[1], rest, tuple(atoms))
 
     def explore(self) -> None:
-        """Expand nodes until all cases are seen, or the budget is spent; for commands that are
+        """Expand nodes while they show something new and the budget lasts; for commands that are
         not seen then, spend it once more."""
-        wanted = self.coverage.cases.keys()
         self.expand(self.start)
-        while self.tried < self._budget and not wanted <= self.seen:
+        while self.tried < self._patience():
             if self._promising:
                 self._refine(*self._promising.popleft())
             elif not self._expand_next():
                 break
         if self._unseen():
             self._explore_pairs()
+
+    def _patience(self) -> int:
+        """The number of inputs after which it is unlikely that another one shows anything new."""
+        least = SHORT if self._possible <= self.seen else PATIENCE
+        return min(self._budget, least + 6 * self._last)
 
     def _explore_pairs(self) -> None:
         """Expand, in the order in which they were found, the nodes in which two components are as
@@ -296,6 +309,8 @@ class InputGraph:
             known.add(sort)
             node.edges.append(((step, sample), target, cases))
             new = cases - self.seen
+            if new:
+                self._last = self.tried
             self.seen |= cases
             if any(self._near.get(case, frozenset()) - self.seen for case in new):
                 self._promising.append((node, step, sample))
