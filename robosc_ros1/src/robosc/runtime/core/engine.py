@@ -20,7 +20,7 @@ import traceback
 from collections import deque
 from typing import TYPE_CHECKING, Any, Callable, Generic, NamedTuple, Protocol, TypeVar
 
-from .calls import REFUSED, Failure, Missed
+from .calls import REFUSED, Failure
 from .clocks import Deadlines, TimeMonitor, Timer, Watch, shortest
 from .engine_parts import BoundInput, EngineParts, Inputs, Item
 from .inbox import Inbox
@@ -70,25 +70,6 @@ class NodeRole(Protocol):
 
     def snapshot(self) -> dict[str, Any]:
         """Return what there is to tell of it, beside the state, for use in another thread."""
-
-
-class Forwarder(Protocol):
-    """Passes calls of the robot on, and what becomes of them back."""
-
-    keys: frozenset[str]
-    """Those of the communications whose calls are passed on."""
-
-    def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
-        """Queue what was reported of a call, in any thread; see :meth:`.engine.Engine.report`."""
-
-    def serve(self, key: str, message: Any, call: WaitingCall) -> bool:
-        """Take a call; False if it is refused."""
-
-    def recall(self, key: str, call: WaitingCall) -> bool:
-        """Take notice that the robot cancels a goal; False if that says nothing."""
-
-    def miss(self, missed: Missed) -> None:
-        """Take notice of a missed deadline."""
 
 
 class Unfit(NamedTuple):
@@ -215,6 +196,7 @@ def snapshot_of(
 
 
 if TYPE_CHECKING:  # a package has them if its model does
+    from ..served.relayed_calls import RelayedCalls
     from ..served.served_calls import ServedCalls
     from .ages import Ages
     from .persistence import Keeper
@@ -266,7 +248,7 @@ class Engine(Generic[R]):
         self.requests = Requests(parts, self.observe)
         self.pauses = Pauses(parts)
         self.time_monitor = TimeMonitor(parts.clocks, steady)
-        self.forwarder: Forwarder | None = None
+        self.forwarder: RelayedCalls | None = None
         """What passes on the calls of the robot; None: the controller answers them."""
         self.served: ServedCalls | None = None
         """The calls of the robot that wait; None: the node takes none."""
@@ -321,7 +303,7 @@ class Engine(Generic[R]):
         """
         self._owner(key).report(key, token, kind, payload)
 
-    def _owner(self, key: str) -> Requests | Forwarder:
+    def _owner(self, key: str) -> Requests | RelayedCalls:
         """Return what the requests of a communication belong to."""
         forwarder = self.forwarder
         return self.requests if forwarder is None or key not in forwarder.keys else forwarder
@@ -334,7 +316,7 @@ class Engine(Generic[R]):
         """Pass on that the robot cancels a goal."""
         self._turns.put(lambda: self._serving().recall(key, call))
 
-    def _serving(self) -> ServedCalls | Forwarder:
+    def _serving(self) -> ServedCalls | RelayedCalls:
         found = self.forwarder or self.served
         assert found is not None
         return found
@@ -574,19 +556,16 @@ class Engine(Generic[R]):
         self.recorder.record("stop", "", None, "stopped", reason)
         self._log("error", "stop", "safe stop: " + reason)
         if is_active:
-            self.stand_still()
+            self.role.stand_still()
         if self.settings.exit_on_stop:
             self._port.exit(1)
-
-    def stand_still(self) -> None:
-        self.role.stand_still()
 
     def _close(self) -> None:
         if not self.closing:
             self.closing = True
             self._end = self.parts.steady() + _CLOSING
             if self.stopped in (None, HELD):  # what was let through one by one goes on
-                self.stand_still()
+                self.role.stand_still()
 
     def begin_again(self) -> None:
         """Send commands again after :meth:`stand_still`, beginning with those that are allowed."""
@@ -594,9 +573,6 @@ class Engine(Generic[R]):
         self.parts.scheduler.begin(self._now())
         self.role.begin()
         self.changed.set()
-
-    def let_through(self) -> str | None:
-        return self.role.let_through()
 
     # For reporters, through invoke
 

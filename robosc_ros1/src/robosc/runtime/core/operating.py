@@ -8,39 +8,22 @@ What the operator lets through is a command that is allowed, decided on and chec
 
 from __future__ import annotations
 
-import threading
-from typing import Protocol
+from typing import TYPE_CHECKING, Any
 
 from .engine_parts import EngineParts
+
+if TYPE_CHECKING:
+    from .engine import Engine
 
 INACTIVE = "not active"
 HELD = "held by the operator"
 """The reasons (``stopped``) of a suspended engine, and of one that is held."""
 
 
-class Operated(Protocol):
-    """What is operated: an engine. ``stopped`` is why it sends nothing, ``closing`` that it ends;
-    ``changed`` is set for its reporter, ``sends`` whether it sends commands at all."""
-
-    sends: bool
-    stopped: str | None
-    closing: bool
-    changed: threading.Event
-
-    def stand_still(self) -> None:
-        """Cancel running goals, refuse calls, and send the stop command."""
-
-    def begin_again(self) -> None:
-        """Send commands again, beginning with those that are allowed now."""
-
-    def let_through(self) -> str | None:
-        """Let one command through; return why not, if so."""
-
-
 class EngineOperator:
     """Suspends and resumes an engine. Public methods may be called from any thread."""
 
-    def __init__(self, parts: EngineParts, engine: Operated) -> None:
+    def __init__(self, parts: EngineParts, engine: Engine[Any]) -> None:
         self._parts = parts
         self._engine = engine
         self._holds = 0  # of operators, who do not know of each other
@@ -66,7 +49,7 @@ class EngineOperator:
     def _suspend(self) -> None:
         if self._engine.stopped in (None, HELD):
             self._engine.stopped = INACTIVE
-            self._engine.stand_still()
+            self._engine.role.stand_still()
             self._engine.changed.set()
 
     def _resume(self) -> None:
@@ -101,7 +84,7 @@ class EngineOperator:
         if stopped == INACTIVE:  # held once it is active; until then others may command the robot
             return None
         self._engine.stopped = HELD
-        self._engine.stand_still()  # also what was let through one by one
+        self._engine.role.stand_still()  # also what was let through one by one
         return None
 
     def _release(self) -> str | None:
@@ -115,4 +98,5 @@ class EngineOperator:
         return None
 
     def _step(self) -> str | None:
-        return self._engine.let_through() if self._engine.stopped == HELD else "it is not held"
+        engine = self._engine
+        return engine.role.let_through() if engine.stopped == HELD else "it is not held"

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any, Callable, Container, Iterable, Protocol, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Container, Iterable, Sequence
 
 from ..core.calls import Failure
 from ..core.clocks import Timer, shortest
@@ -40,24 +40,8 @@ from .matching import CommandPattern, matching_command
 from .seen import Allowances, MonitorPort, Pending, Seen, SeenGoals
 from .sight import Sight, Visibility
 
-
-class Withholding(Protocol):
-    """What a controller would send, see :mod:`.shadowing`."""
-
-    def begin(self) -> None:
-        """Begin in the present state."""
-
-    def after(self, writes: frozenset[str], ended: str | None) -> None:
-        """Take notice of an event, see :class:`.engine.NodeRole`."""
-
-    def sent(self, command: ScheduledCommand) -> None:
-        """Take notice that somebody sent a command."""
-
-    def due(self) -> float | None:
-        """Return the seconds until a command is due; None: none is."""
-
-    def act(self, is_known: Callable[[ScheduledCommand], bool]) -> bool:
-        """Tell of the next command that is due, if its state ``is_known``; False: none is due."""
+if TYPE_CHECKING:
+    from .shadowing import Shadow
 
 
 class Monitoring:
@@ -76,7 +60,7 @@ class Monitoring:
         clock: ArrivalTime,
         lateness: Lateness,
         gathering: float = GATHERING,
-        withholding: Withholding | None = None,
+        withholding: Shadow | None = None,
     ) -> None:
         parts = engine.parts
         self._engine = engine

@@ -28,11 +28,8 @@ class Shadow:
     """The commands of a controller whose state others change; none of them is sent."""
 
     def __init__(self, parts: EngineParts) -> None:
-        settings = parts.settings
         self._parts = parts
-        self._scheduler = CommandScheduler(
-            parts.controller, settings.rate_of, settings.order, settings.seed, parts.gate.lack
-        )
+        self._scheduler = CommandScheduler(parts.controller, parts.settings, parts.gate.lack)
         self._told: set[int] = set()
         """The commands that change the state and were decided on, by index."""
 
@@ -46,12 +43,15 @@ class Shadow:
         self._told -= {command.index for command in affected if not command.was}
 
     def sent(self, command: ScheduledCommand) -> None:
+        """Take notice that somebody sent a command."""
         self._told.discard(command.index)
 
     def due(self) -> float | None:
+        """Return the seconds until a command is due; None: none is."""
         return self._scheduler.time_to_next(self._parts.now())
 
     def act(self, is_known: Callable[[ScheduledCommand], bool]) -> bool:
+        """Tell of the next command that is due, if its state ``is_known``; False: none is due."""
         now = self._parts.now()
         command = self._scheduler.next(now)
         if command is None:
