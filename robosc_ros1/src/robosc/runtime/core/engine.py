@@ -26,7 +26,6 @@ from .engine_parts import BoundInput, EngineParts, Inputs, Item
 from .inbox import Inbox
 from .intake import Intake
 from .model import Controller
-from .operating import HELD, INACTIVE, EngineOperator
 from .pauses import Pauses
 from .places import path_of
 from .port import Port, WaitingCall, steady_time
@@ -201,6 +200,9 @@ if TYPE_CHECKING:  # a package has them if its model does
     from .ages import Ages
     from .persistence import Keeper
 
+INACTIVE = "not active"
+HELD = "held by the operator"
+"""The reasons (``stopped``) of a suspended engine, and of one that is held."""
 _BATCH = 100
 """The most items that are handled before commands and deadlines."""
 _CLOSING = 0.3
@@ -583,3 +585,91 @@ class Engine(Generic[R]):
             self._log("warning", "time", fault)
         faults = self.time_monitor.faults + self._port.faults() + self._events.faults()
         return {**snapshot_of(self.parts, self.stopped, self.intake.dropped, faults), **more}
+
+
+class EngineOperator:
+    """Suspends and resumes an engine: for a lifecycle manager, or for an operator.
+
+    An operator holds all commands, releases them, or lets one through. Holding makes a safe stop
+    that releasing ends: running goals are cancelled, and the stop command is sent. Inputs are still
+    applied. What the operator lets through is a command that is allowed, decided on and checked as
+    always. Public methods may be called from any thread.
+    """
+
+    def __init__(self, parts: EngineParts, engine: Engine[Any]) -> None:
+        self._parts = parts
+        self._engine = engine
+        self._holds = 0  # of operators, who do not know of each other
+
+    def suspend(self) -> None:
+        """Request a safe stop that :meth:`resume` ends; inputs are still applied."""
+        self._parts.turns.put(self._suspend)
+
+    def resume(self) -> bool:
+        """Resume after :meth:`suspend`; False after a safe stop for any other reason, which is
+        final."""
+        if self._engine.stopped not in (None, INACTIVE):
+            return False
+        self._parts.turns.put(self._resume)
+        return True
+
+    def operate(self, order: str) -> None:
+        """Take an order of the operator: "hold", "release" or "step"."""
+        self._parts.turns.put(lambda: self._operate(order))
+
+    # The thread that has the turn
+
+    def _suspend(self) -> None:
+        if self._engine.stopped in (None, HELD):
+            self._engine.stopped = INACTIVE
+            self._engine.role.stand_still()
+            self._engine.changed.set()
+
+    def _resume(self) -> None:
+        if self._engine.stopped == INACTIVE and self._holds:
+            self._engine.stopped = HELD
+            self._engine.changed.set()
+        elif self._engine.stopped == INACTIVE:
+            self._engine.begin_again()
+
+    def _operate(self, order: str) -> None:
+        orders = {"hold": self._hold, "release": self._release, "step": self._step}
+        if order not in orders:
+            text = "the operator can hold, release and step, not %r" % order[:40]
+            self._parts.log("warning", "operator", text)
+            return
+        if not self._engine.sends:
+            refusal: str | None = "this node sends nothing"
+        else:
+            refusal = "the node ends" if self._engine.closing else orders[order]()
+        outcome = "refused" if refusal else "operated"
+        self._parts.recorder.record("operator", "", order, outcome, refusal or None)
+        self._parts.log("info", "operator " + order, "%s: %s" % (order, refusal or "done"))
+
+    def _hold(self) -> str | None:
+        stopped = self._engine.stopped
+        if stopped not in (None, HELD, INACTIVE):
+            return "it stands still: " + stopped
+        self._holds += 1
+        if self._holds > 1:
+            text = "it is held %d times, and takes as many releases" % self._holds
+            self._parts.log("warning", "operator", text)
+        if stopped == INACTIVE:  # held once it is active; until then others may command the robot
+            return None
+        self._engine.stopped = HELD
+        self._engine.role.stand_still()  # also what was let through one by one
+        return None
+
+    def _release(self) -> str | None:
+        if not self._holds or self._engine.stopped not in (HELD, INACTIVE):
+            return "it is not held"
+        self._holds -= 1
+        if self._holds:
+            return "others hold it, too: %d more releases end that" % self._holds
+        if self._engine.stopped == HELD:
+            self._engine.begin_again()
+        return None
+
+    def _step(self) -> str | None:
+        engine = self._engine
+        return engine.role.let_through() if engine.stopped == HELD else "it is not held"

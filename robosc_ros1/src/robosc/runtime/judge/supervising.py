@@ -21,11 +21,10 @@ from typing import TYPE_CHECKING, Any, Callable, Sequence
 
 from ..core.calls import REFUSED, OwnEffects, Withheld
 from ..core.clocks import Timer
-from ..core.engine import Engine
+from ..core.engine import HELD, Engine
 from ..core.engine_parts import BoundInput, Inputs
 from ..core.inbox import Inbox
 from ..core.model import Command, Controller
-from ..core.operating import HELD
 from ..core.port import steady_time
 from ..core.reasons import reason_text, violated
 from ..core.scheduler import ScheduledCommand

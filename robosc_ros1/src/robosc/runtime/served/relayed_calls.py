@@ -10,7 +10,7 @@ the controller said so, or is not there, is told to the robot at once.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from ..core.calls import TIMEOUT, Failure, Missed, OpenRequest
 from ..core.engine_parts import EngineParts
@@ -18,11 +18,8 @@ from ..core.model import SERVED
 from ..core.port import WaitingCall
 from ..core.reasons import reason_text
 from ..core.requests import Requests
-from ..judge.judge import UNCHECKED, Reasons, itself
+from ..judge.judge import UNCHECKED, CheckedCommand, Reasons, Repack, itself
 from .served_calls import ServedCalls
-
-if TYPE_CHECKING:
-    from ..judge.supervising import Supervising
 
 
 class _Answer(NamedTuple):
@@ -32,12 +29,32 @@ class _Answer(NamedTuple):
     message: Any
 
 
+class AnswerJudge(Protocol):
+    """What decides on the controller's answers: a supervisor."""
+
+    def check(
+        self, key: str, kind: str, message: Any, payload: Any, repack: Repack
+    ) -> tuple[CheckedCommand, Reasons]:
+        """Return a message as it is to be passed on, and why no state allows that."""
+
+    def reasons(self, key: str, kind: str, data: tuple[Any, ...] = ()) -> Reasons:
+        """Return why a command is not allowed now; empty if it is."""
+
+    def passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
+        """Apply a command and pass it on if it is allowed; False if not."""
+
+    def block(
+        self, name: str, place: str, kind: str, reasons: Reasons, checked: CheckedCommand
+    ) -> None:
+        """Report a blocked command."""
+
+
 class RelayedCalls:
     """What a supervisor serves, and the controller answers. Only the thread that has the turn may
     call the methods but ``report``."""
 
     def __init__(
-        self, parts: EngineParts, requests: Requests, served: ServedCalls, judge: Supervising
+        self, parts: EngineParts, requests: Requests, served: ServedCalls, judge: AnswerJudge
     ) -> None:
         self._parts = parts
         self._calls = parts.calls
