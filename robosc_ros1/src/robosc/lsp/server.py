@@ -23,8 +23,7 @@ from robosc.lsp import definition, open_texts, positions, protocol, semantic_tok
 from robosc.lsp.actions import Edit, actions_for
 from robosc.lsp.analysis import READING, Analysis, Workspace
 from robosc.lsp.completion.complete import complete
-from robosc.lsp.hover import hover_text, keyword_hover
-from robosc.lsp.inlay_hints import inlay_hints
+from robosc.lsp.hover import hover_text, inlay_hints, keyword_hover
 from robosc.lsp.outline import folds, outline, symbols
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
 from robosc.lsp.signatures import signature_at
