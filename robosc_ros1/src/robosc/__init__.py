@@ -4,68 +4,22 @@ The names below are the whole public interface (docs/python.md); they are loaded
 that importing ``robosc`` costs nothing.
 """
 
+# ruff: noqa: F403, F405 - the names are those of interface, which is loaded on first use
 from __future__ import annotations
 
 import sys
 
 TYPE_CHECKING = False  # that of typing takes its time to load
 if TYPE_CHECKING:
-    from robosc.interface import (
-        Answer,
-        Diagnosis,
-        EmptySupervisorError,
-        Explored,
-        Generated,
-        LineFault,
-        LoadedRobot,
-        ModelError,
-        ModelText,
-        Options,
-        Output,
-        RoboscError,
-        Simulation,
-        StateSpaceError,
-        Synthesized,
-        UsageError,
-        Verified,
-        check,
-        explore,
-        export,
-        generate,
-        load,
-        simulate,
-        synthesize,
-        verify,
-    )
+    from robosc.interface import *
 
 __version__ = "0.1.0"
 __all__ = [
-    "Answer",
-    "Diagnosis",
-    "EmptySupervisorError",
-    "Explored",
-    "Generated",
-    "LineFault",
-    "LoadedRobot",
-    "ModelError",
-    "Options",
-    "Output",
-    "RoboscError",
-    "Simulation",
-    "StateSpaceError",
-    "Synthesized",
-    "ModelText",
-    "UsageError",
-    "Verified",
-    "check",
-    "explore",
-    "export",
-    "generate",
-    "load",
-    "simulate",
-    "synthesize",
-    "verify",
-]
+    "Answer", "Diagnosis", "EmptySupervisorError", "Explored", "Generated", "LineFault",
+    "LoadedRobot", "ModelError", "Options", "Output", "RoboscError", "Simulation",
+    "StateSpaceError", "Synthesized", "ModelText", "UsageError", "Verified", "check", "explore",
+    "export", "generate", "load", "simulate", "synthesize", "verify",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> object:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias, get_args
 
@@ -21,20 +22,21 @@ def _path(parser: _Parser, name: str, text: str, metavar: str = "FILE") -> None:
     parser.add_argument(name, metavar=metavar, type=Path, help=text)
 
 
-def _several(parser: _Parser, name: str, text: str, metavar: str = "NAME=VALUE") -> None:
+def _several(
+    parser: _Parser, name: str, text: str, metavar: str = "NAME=VALUE", kind: type = str
+) -> None:
     text = f"{text} (may be repeated)"
-    parser.add_argument(name, metavar=metavar, action="append", default=[], help=text)
+    parser.add_argument(name, metavar=metavar, action="append", default=[], type=kind, help=text)
+
+
+def _number(
+    parser: _Parser, name: str, kind: Callable[[str], float], text: str, default: int | None = None
+) -> None:
+    parser.add_argument(name, metavar="N", type=kind, default=default, help=text)
 
 
 def _common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--library-path",
-        metavar="DIR",
-        action="append",
-        default=[],
-        type=Path,
-        help="also look for libraries here (may be repeated)",
-    )
+    _several(parser, "--library-path", "also look for libraries here", "DIR", Path)
     _flag(parser, "--strict", "treat a message definition that is not installed as an error")
 
 
@@ -43,13 +45,8 @@ def _json(parser: argparse.ArgumentParser) -> None:
 
 
 def _explain_seconds(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--explain-seconds",
-        metavar="N",
-        type=_seconds,
-        default=None,
-        help="processor time for explanations (default: as much as synthesis took, 1 to 10)",
-    )
+    text = "processor time for explanations (default: as much as synthesis took, 1 to 10)"
+    _number(parser, "--explain-seconds", _seconds, text)
 
 
 def _robot(parser: argparse.ArgumentParser) -> None:
@@ -118,13 +115,8 @@ def synthesize(parser: argparse.ArgumentParser) -> None:
         type=lambda name: "explicit" if name == "dense" else name,  # as it was called
         default="auto",
     )
-    parser.add_argument(
-        "--max-states",
-        metavar="N",
-        type=_positive,
-        default=None,
-        help="most states that the explicit engine visits (default: 2^20)",
-    )
+    text = "most states that the explicit engine visits (default: 2^20)"
+    _number(parser, "--max-states", _positive, text)
     _explain_seconds(parser)
     _on_models(parser)
 
@@ -133,13 +125,8 @@ def explore(parser: argparse.ArgumentParser) -> None:
     _robot(parser)
     _json(parser)
     _flag(parser, "--plant", "without control")
-    parser.add_argument(
-        "--limit",
-        metavar="N",
-        type=_positive,
-        default=100_000,
-        help="refuse to print more states than this (default: 100000)",
-    )
+    text = "refuse to print more states than this (default: 100000)"
+    _number(parser, "--limit", _positive, text, 100_000)
     _on_models(parser)
 
 
@@ -186,12 +173,7 @@ def export(parser: argparse.ArgumentParser) -> None:
 
 
 def format(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "files",
-        metavar="FILE",
-        nargs="+",
-        help="a .rscd file, or - for a pipe",
-    )
+    parser.add_argument("files", metavar="FILE", nargs="+", help="a .rscd file, or - for a pipe")
     _flag(parser, "--check", "change nothing; exit 1 if a file would be changed")
 
 

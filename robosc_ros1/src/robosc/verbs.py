@@ -310,8 +310,7 @@ def _judge(args: Arguments) -> int:
 
 
 def _report(args: Arguments) -> int:
-    from robosc.evidence.document import evidence
-    from robosc.evidence.report import format_of, rendered
+    from robosc.evidence.document import evidence, format_of, rendered
     from robosc.evidence.runs import recorded_runs
     from robosc.traces.scripts import chosen, requirement_rows
 

@@ -22,9 +22,11 @@ class MonitorPort(RosPort, JudgingPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
 
     def __init__(self, tables, lifecycle):
-        super().__init__(tables.heard_alone(), lifecycle)
-        self._tables = tables
+        super().__init__(tables, lifecycle)
         self._findings = rospy.Publisher("~findings", String, queue_size=1000)
+
+    def _actions_of(self):
+        return {}  # those of the tables are only heard
 
     def corrected(self, message, data):
         return corrected(message, data)

@@ -14,6 +14,7 @@ from std_msgs.msg import String
 
 from ._runtime.judge.judge import JudgingPort
 from ._runtime.judge.matching import command_patterns
+from .relay_sides import RelaySides
 from .ros import RosPort
 from .ros_arriving import corrected, maker
 from .ros_raw import packed, passed_on, raw_subscriber, read
@@ -21,35 +22,13 @@ from .ros_raw import packed, passed_on, raw_subscriber, read
 INPUT_QUEUE = 100
 
 
-class RelayPort(RosPort, JudgingPort):
+class RelayPort(RelaySides, RosPort, JudgingPort):
     """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
 
     def __init__(self, tables, lifecycle):
         super().__init__(tables, lifecycle)
-        self._tables = tables
         self._requests = {key: t._request_class for _, _, t, key in tables.relayed_services}
         self._blocked = rospy.Publisher("~blocked", String, queue_size=1000)
-
-    def _services_of(self, tables):
-        make = tables.makes.get("service")
-        guarded = {key: make(name, type_) for name, type_, key in tables.guarded_services}
-        return {**super()._services_of(tables), **guarded}
-
-    def _actions_of(self, tables):
-        relay, make = tables.makes.get("action_relay"), tables.makes.get("action")
-        self._relays = {key: relay(*rest, key) for *rest, key in tables.relayed_actions}
-        guarded = {key: make(name, type_) for name, type_, key in tables.guarded_actions}
-        return {**self._relays, **guarded}
-
-    def _connect_inputs(self, engine):
-        for robot, controller, type_, keys in self._tables.inputs:
-            self._relay_input(engine, robot, controller, type_, keys)
-        for controller, _, type_, rows in self._tables.commands:
-            self._relay_command(engine, controller, type_, command_patterns(rows, maker(type_)))
-        for controller, _, type_, key in self._tables.relayed_services:
-            rospy.Service(controller, type_, _serving(engine, type_, key))
-        for action in self._relays.values():
-            action.connect(engine)
 
     def send(self, key, data):
         if isinstance(data, AnyMsg):
@@ -59,19 +38,11 @@ class RelayPort(RosPort, JudgingPort):
         else:
             super().send(key, data)
 
-    def post_transforms(self, engine, keys):
-        # The controller that is guarded hears them by itself.
-        return lambda message: engine.role.follow(keys, message, lambda: None)
-
     def blocked(self, text):
         self._blocked.publish(text)
 
     def corrected(self, message, data):
         return corrected(message, data)
-
-    def composed(self, key, data):
-        known = self._publishers.get(key)
-        return maker(self._requests[key] if known is None else known[1])(data)
 
     def _relay_input(self, engine, robot, controller, type_, keys):
         onward = rospy.Publisher(controller, type_, queue_size=INPUT_QUEUE, tcp_nodelay=True)
@@ -83,11 +54,16 @@ class RelayPort(RosPort, JudgingPort):
 
         self._hear(keys, raw_subscriber(robot, type_, heard))
 
-    def _relay_command(self, engine, controller, type_, patterns):
+    def _relay_command(self, engine, controller, type_, rows):
+        patterns = command_patterns(rows, maker(type_))
+
         def heard(raw):
             engine.role.offer(controller, patterns, read(raw, type_), passed_on(raw), packed)
 
         self._listen(controller, type_, heard)
+
+    def _relay_service(self, engine, controller, type_, key):
+        rospy.Service(controller, type_, _serving(engine, type_, key))
 
     def _listen(self, topic, type_, heard):
         self._subscribers.append(raw_subscriber(topic, type_, heard))

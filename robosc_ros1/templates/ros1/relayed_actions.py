@@ -6,64 +6,18 @@ says that it has ended, or no longer knows it: a goal that the server's status h
 still be on its way.
 """
 
-import time
 from collections import deque
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from .ros_actions import Ends, GoalCaller, new_goal_id
-from .ros_connections import AT_ONCE, is_taken
-from .ros_goal_tracker import RESULT_TIMEOUT, WAITING, end_of
+from .ros_actions import LOST_RESULT, GoalCaller, new_goal_id
+from .ros_goals import Goal, end_of
 from .ros_raw import passed_on, raw_subscriber, read
 
-WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 NOT_SENT = "cancelled before it was sent"
-UNENDED = (*WORKING, *WAITING)
-QUEUE = 10
 EARLY = 100
 """The number of cancels that are remembered in case their goals come later."""
-
-
-class RelayedGoal:
-    """A goal of the controller, and what its server says of it."""
-
-    def __init__(self, goal_id):
-        self.id = goal_id.id
-        self.goal_id = goal_id
-        # A server stamps a goal without stamp on arrival.
-        self.stamp = goal_id.stamp if goal_id.stamp else rospy.Time.now()
-        self.token = None  # that of the engine, while that awaits its end
-        self.sent = False
-        self.accepted = False
-        self.cancelled = False  # its server is asked to end it
-        self.told = False  # the controller gets, or has got, its end
-        self._status = None  # the latest; None: its server has not listed it yet
-        self._ended = None  # when its status showed its end
-
-    def follow(self, status, now, may_come):
-        """Take notice of its entry in the server's status, if any; return the status with which it
-        is over without a result. None: it goes on, or its result is awaited. ``may_come``: it may
-        be on its way to a server that has forgotten its cancel."""
-        if status is None and self.is_recalled() and may_come:
-            self._status = None
-        if status is None:
-            return None if self._status is None else GoalStatus.LOST
-        if self.accepted and status.status in WAITING:
-            return GoalStatus.LOST  # by a server that was started anew and has the cancel only
-        self._status = status.status
-        self.stamp = status.goal_id.stamp
-        if self._status in UNENDED:
-            return None
-        self._ended = self._ended or now
-        return self._status if now - self._ended > RESULT_TIMEOUT else None
-
-    def is_working(self):
-        return self._status in WORKING
-
-    def is_recalled(self):
-        """Whether its server has the cancel, and maybe not the goal."""
-        return self._status == GoalStatus.RECALLING
 
 
 class ActionRelay(GoalCaller):
@@ -74,20 +28,11 @@ class ActionRelay(GoalCaller):
     """
 
     def __init__(self, controller, robot, type_, key):
+        super().__init__(robot, type_)
         self._key = key
-        self._robot = rospy.resolve_name(robot)
         self._controller = rospy.resolve_name(controller)
-        parts = type_()
-        self._goal_type = type(parts.action_goal)
-        self._result_type = type(parts.action_result)
-        self._feedback_type = type(parts.action_feedback)
-        self._latest = RelayedGoal(GoalID())  # the one that came last, which has the token
-        self._goals = {}  # by id: those that were passed on and are not over
         self._early = deque(maxlen=EARLY)  # ids of cancels whose goals were not known
-        self._send_goal = self._publisher(self._robot + "/goal", self._goal_type, AT_ONCE)
-        self._send_cancel = self._publisher(self._robot + "/cancel", GoalID)
         self._send_result = self._publisher(self._controller + "/result", self._result_type)
-        super().__init__(robot, self._send_cancel, Ends(self._send_goal))
         self._from_controller = []
 
     def connect(self, engine):
@@ -98,7 +43,7 @@ class ActionRelay(GoalCaller):
                 # As from "rostopic pub": the robot's server would choose an unknown id.
                 message.goal_id = new_goal_id()
                 onward = message
-            relayed = RelayedGoal(message.goal_id)
+            relayed = Goal(message.goal_id)
 
             def answer(kind, payload):
                 if kind == "blocked":
@@ -159,105 +104,21 @@ class ActionRelay(GoalCaller):
             self._end_for_controller(goal, GoalStatus.RECALLED, NOT_SENT)
             self.report(token, "cancelled", NOT_SENT)
         else:
-            self.begin(data, token)
-
-    def transmit(self, goal, token):
-        self._latest, message = goal
-        self._own.append(self._latest.id)
-        self._send_goal.publish(message)
-        if not is_taken(self._send_goal):
-            return False
-        self._latest.token, self._latest.sent = token, True
-        self._goals[self._latest.id] = self._latest
-        self._sent.add(self._latest.id)
-        return True
-
-    def transmit_cancel(self):
-        if self._is_sent():
-            self._send_cancel.publish(GoalID(id=self._latest.id))
-
-    def unended(self):
-        # A cancel that arrived before its goal is kept by the server for as long as it is repeated.
-        with self._lock:
-            return [(g.id, not g.is_recalled()) for g in self._goals.values() if g.cancelled]
-
-    def running(self):
-        return [] if self.is_gone() else sorted(self._goals)
-
-    def keep(self):
-        self._latest.cancelled = True
-
-    def retire(self, token):
-        """Do nothing: all goals that go on are kept."""
-
-    def cancel_replaced(self, token):
-        for goal in self._goals.values():
-            if goal.token == token and not goal.cancelled:
-                goal.cancelled = True
-                self._dropped = self._asked = time.monotonic()
-                self._send_cancel.publish(GoalID(id=goal.id))
-
-    def abandon(self, token):
-        super().abandon(token)
-        with self._lock:
-            for goal in self._goals.values():
-                if goal.token == token:
-                    goal.token = None
-
-    def _is_sent(self):
-        """Whether the latest goal was passed on, and is not over."""
-        return self._latest.id in self._goals
+            self.begin(*data, token)
 
     # The robot's side
 
-    def _on_status(self, array):
-        statuses = {status.goal_id.id: status for status in array.status_list}
-        now = time.monotonic()
-        words = {known: status.status for known, status in statuses.items()}
-        self._sent.look(words)
-        with self._lock:
-            for goal in list(self._goals.values()):
-                over = goal.follow(statuses.get(goal.id), now, goal.id in self._sent)
-                if goal.is_working() and not goal.accepted:
-                    goal.accepted = True
-                    self._report(goal, "accepted")
-                if over is not None:
-                    self._end(goal, over)
-        self.on_status(words)
-
-    def _on_feedback(self, message):
-        with self._lock:
-            goal = self._goals.get(message.status.goal_id.id)
-            if goal is self._latest:
-                self._report(goal, "feedback", message.feedback)
-
-    def _on_result(self, message):
-        with self._lock:
-            goal = self._goals.get(message.status.goal_id.id)
-            if goal is not None:
-                goal.told = True
-                self._end(goal, message.status.status, message.result)
-
-    def _end(self, goal, status, result=None):
-        """Report the end of a goal, with ``_lock``."""
-        del self._goals[goal.id]
-        kind, payload = end_of(status, result, "", goal.cancelled, goal.accepted)
+    def _end(self, goal, status, result=None, text=""):
+        kind, _ = end_of(status, result, text, goal.cancelled, goal.accepted)
         if status == GoalStatus.LOST and kind == "cancelled":
             # For the controller it may be on its way yet: to this node, which goes on.
             self._end_for_controller(goal, GoalStatus.RECALLED, "its server does not have it")
         elif status == GoalStatus.LOST:
             goal.told = True  # by the status, which the controller gets, too
         elif result is None:
-            payload = "it ended, but its result did not arrive"
             ended = GoalStatus.ABORTED if status == GoalStatus.SUCCEEDED else status
-            self._end_for_controller(goal, ended, payload)
-        self._report(goal, kind, payload)
-        if self._token == goal.token:
-            self._token = None
-
-    def _report(self, goal, kind, payload=None):
-        if goal.token is not None:
-            self.report(goal.token, kind, payload)
+            self._end_for_controller(goal, ended, LOST_RESULT)
+        super()._end(goal, status, result, text)
 
     def _end_for_controller(self, goal, status, text):
         """End a goal of the controller on behalf of the robot, unless its end was told."""
@@ -271,10 +132,6 @@ class ActionRelay(GoalCaller):
 
     # Topics
 
-    @staticmethod
-    def _publisher(topic, type_, queue=QUEUE):
-        return rospy.Publisher(topic, type_, queue_size=queue, tcp_nodelay=True)
-
     def _pass_back(self, engine, part, type_, heard, onward=None):
         """Subscribe to a topic of the robot's server, and relay it to the controller."""
         onward = onward or self._publisher(self._controller + part, type_)
@@ -285,4 +142,4 @@ class ActionRelay(GoalCaller):
             # supervisor in the state that allows it.
             engine.invoke(lambda: onward.publish(passed_on(raw)))
 
-        self._ends.add(raw_subscriber(self._robot + part, type_, relay))
+        self._ends.add(raw_subscriber(self.label + part, type_, relay))

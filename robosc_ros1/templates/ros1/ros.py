@@ -35,31 +35,15 @@ class RosPort(CallingPort):
     """Topics, services and actions of one controller, as in the tables of ``node.py``."""
 
     def __init__(self, tables, lifecycle):
-        makes = tables.makes
-        served = [(key, makes["served_service"](name, type_)) for name, type_, key in tables.served]
-        served += [
-            (key, makes["served_action"](name, type_)) for name, type_, key in tables.served_actions
-        ]
-        super().__init__(self._services_of(tables), self._actions_of(tables), served)
+        super().__init__(tables)
         self._simulated = bool(rospy.get_param("/use_sim_time", False))
-        self._subscriptions = tables.subscriptions
-        self.transforms = tables.transforms
-        self._publishers = {}
         for topic, message_type, keys in tables.publications:
             publisher = rospy.Publisher(topic, message_type, queue_size=AT_ONCE, tcp_nodelay=True)
-            for key in keys:
-                self._publishers[key] = (publisher, message_type)
+            self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
         self._subscribers = []
-        self._heard = {}  # the subscribers of messages, by key
         self._lifecycle = lifecycle
         self._logged = SimpleQueue()
         threading.Thread(target=self._write_log, name="log", daemon=True).start()
-
-    def _services_of(self, tables):
-        return {key: tables.makes["service"](name, type_) for name, type_, key in tables.services}
-
-    def _actions_of(self, tables):
-        return {key: tables.makes["action"](name, type_) for name, type_, key in tables.actions}
 
     def connect(self, engine):
         super().connect(engine)
@@ -74,7 +58,7 @@ class RosPort(CallingPort):
             self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: engine.wake()))
 
     def _connect_inputs(self, engine):
-        for topic, message_type, keys in self._subscriptions:
+        for topic, message_type, keys in self._tables.subscriptions:
             self._hear(keys, subscriber(topic, message_type, keys, engine))
 
     def _hear(self, keys, subscriber):

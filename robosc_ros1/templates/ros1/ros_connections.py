@@ -32,10 +32,6 @@ class PromptConnection(QueuedConnection):
         self.took = True
         QueuedConnection.__init__(self, connection, queue_size)
 
-    def queue_nothing(self):
-        """Do from now on as with a queue of the length :data:`AT_ONCE`."""
-        self._has_queue = False
-
     def write_data(self, data):
         with self._lock:
             self.took = False
@@ -79,13 +75,6 @@ class PromptConnection(QueuedConnection):
                         self._error = error
             with self._lock:
                 self._is_sending = False
-
-
-def queue_nothing(publisher):
-    """Have a publisher send at once or not at all, though it was created with a queue."""
-    publisher.impl.set_queue_size(AT_ONCE)
-    for link in publisher.impl.connections:
-        link.queue_nothing()
 
 
 def is_taken(publisher):

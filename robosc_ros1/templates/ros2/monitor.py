@@ -23,9 +23,11 @@ class MonitorPort(RosPort, JudgingPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
 
     def __init__(self, node, executor_thread, tables, profiles):
-        super().__init__(node, executor_thread, tables.heard_alone(), profiles)
-        self._tables = tables
+        super().__init__(node, executor_thread, tables, profiles)
         self._findings = advertise(node, String, "~/findings", qos_profile("reliable", 1000))
+
+    def _actions_of(self):
+        return {}  # those of the tables are only heard
 
     def corrected(self, message, data):
         return corrected(message, data, self._node.get_clock())

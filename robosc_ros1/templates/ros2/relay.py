@@ -18,6 +18,7 @@ from std_msgs.msg import String
 
 from ._runtime.judge.judge import JudgingPort
 from ._runtime.judge.matching import command_patterns
+from .relay_sides import RelaySides
 from .ros import RosPort
 from .ros_arriving import corrected, maker, read, unread
 from .ros_messages import plain, sendable
@@ -29,39 +30,14 @@ def packed(message):
     return serialize_message(unread(message))
 
 
-class RelayPort(RosPort, JudgingPort):
+class RelayPort(RelaySides, RosPort, JudgingPort):
     """The connections of a supervisor on both sides, as in the tables of ``node.py``."""
 
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables, profiles)
         keep_clock(node)  # or the controller that is guarded could stop all timeouts
-        self._tables = tables
         self._requests = {key: type_.Request for _, _, type_, key in tables.relayed_services}
         self._blocked = advertise(node, String, "~/blocked", qos_profile("reliable", 1000))
-
-    def _services_of(self, tables):
-        guarded = self._made(tables.makes.get("service"), tables.guarded_services)
-        return {**super()._services_of(tables), **guarded}
-
-    def _actions_of(self, tables):
-        self._relays = {
-            key: tables.makes["action_relay"](self._node, self.executor_thread, *rest, key)
-            for *rest, key in tables.relayed_actions
-        }
-        guarded = self._made(tables.makes.get("action"), tables.guarded_actions)
-        return {**self._relays, **guarded}
-
-    def _connect_inputs(self, engine):
-        for robot, controller, type_, keys in self._tables.inputs:
-            self._relay_input(engine, robot, controller, type_, keys)
-        for controller, _, type_, rows in self._tables.commands:
-            self._relay_command(engine, controller, type_, rows)
-        group = ReentrantCallbackGroup()
-        for controller, _, type_, key in self._tables.relayed_services:
-            serve = _serving(engine, self.executor_thread, key)
-            self._node.create_service(type_, controller, serve, callback_group=group)
-        for action in self._relays.values():
-            action.connect(engine)
 
     def send(self, key, data):
         if isinstance(data, bytes):
@@ -69,19 +45,11 @@ class RelayPort(RosPort, JudgingPort):
         else:
             super().send(key, data)
 
-    def post_transforms(self, engine, keys):
-        # The controller that is guarded hears them by itself.
-        return lambda message: engine.role.follow(keys, message, lambda: None)
-
     def blocked(self, text):
         self._blocked.publish(String(data=text))
 
     def corrected(self, message, data):
         return corrected(message, data, self._node.get_clock())
-
-    def composed(self, key, data):
-        known = self._publishers.get(key)
-        return maker(self._requests[key] if known is None else known[1])(data)
 
     def _relay_input(self, engine, robot, controller, type_, keys):
         # The QoS of the first message applies to the topic; the controller gets it reliably.
@@ -113,6 +81,10 @@ class RelayPort(RosPort, JudgingPort):
 
         profile = self._profiles[rows[0][0]]
         self.listen(type_, controller, heard, profile, engine.lose, raw=True)
+
+    def _relay_service(self, engine, controller, type_, key):
+        serve, group = _serving(engine, self.executor_thread, key), ReentrantCallbackGroup()
+        self._node.create_service(type_, controller, serve, callback_group=group)
 
 
 def _serving(engine, executor_thread, key):

@@ -40,41 +40,22 @@ class RosPort(CallingPort):
     """
 
     def __init__(self, node, executor_thread, tables, profiles):
+        former = getattr(node, "former_actions", ())
+        super().__init__(tables, node, executor_thread, former=former)
         self._node = node
         self.executor_thread = executor_thread
-        served = self._made(tables.makes.get("served_service"), tables.served)
-        served.update(self._made(tables.makes.get("served_action"), tables.served_actions))
-        former = getattr(node, "former_actions", ())
-        services, actions = self._services_of(tables), self._actions_of(tables)
-        super().__init__(services, actions, [*served.items()], former)
-        self._subscriptions = tables.subscriptions
-        self.transforms = tables.transforms
         self._simulated = self._started_simulated = is_simulated(node)
         self._logger = node.get_logger()
         self._profiles = profiles
-        self._publishers = {}
         for topic, message_type, keys in tables.publications:
             publisher = advertise(node, message_type, topic, profiles[keys[0]])
             self._publishers.update(dict.fromkeys(keys, (publisher, message_type)))
         self._inputs = []
-        self._heard = {}  # the inputs of messages, by key
         self._unheard = {}
         self._looked = float("-inf")  # when it was looked last who publishes them
         self._jumps = None
         self.exit_code = 0
         self.on_exit = None
-
-    def _services_of(self, tables):
-        return self._made(tables.makes.get("service"), tables.services)
-
-    def _made(self, make, servers):
-        """Return what stands for services or actions, by key."""
-        return {
-            key: make(self._node, self.executor_thread, name, type_) for name, type_, key in servers
-        }
-
-    def _actions_of(self, tables):
-        return self._made(tables.makes.get("action"), tables.actions)
 
     def connect(self, engine):
         super().connect(engine)
@@ -97,7 +78,7 @@ class RosPort(CallingPort):
         )
 
     def _connect_inputs(self, engine):
-        for topic, message_type, keys in self._subscriptions:
+        for topic, message_type, keys in self._tables.subscriptions:
             profile, raw = self._profiles[keys[0]], may_be_heavy(message_type)
             if raw:
                 post = _by_weight(engine.heavy(keys, partial(read, message_type=message_type)))
@@ -161,7 +142,7 @@ class RosPort(CallingPort):
         """Wait until pending messages are sent and goals have ended, for at most ``timeout``
         seconds; then tell of the goals that may go on."""
         end = time.monotonic() + timeout
-        callers = [*self.callers(), *self._former, *(server for _, server in self._served)]
+        callers = [*self.callers(), *self._former, *self._served.values()]
         self.executor_thread.flush(lambda: not any(c.is_busy() for c in callers), timeout)
         for text in self.running():
             self._logger.warning(text)

@@ -10,7 +10,7 @@ import traceback
 
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
-from ._runtime.core.operating import INACTIVE
+from ._runtime.core.engine import INACTIVE
 from ._runtime.core.settings import ParameterError
 from .ros_executor import ExecutorThread
 from .ros_node import Work, begin, end

@@ -18,7 +18,7 @@ GROUP = "golden"
 ALL = {
     "__init__", *(f"core/{name}" for name in (
         "__init__", "calls", "clocks", "connections", "engine", "engine_parts", "gate", "inbox", "intake",
-        "model", "operating", "original_state", "pauses", "places", "port", "reasons", "recorder",
+        "model", "original_state", "pauses", "places", "port", "reasons", "recorder",
         "requests", "scheduler", "settings", "shapes", "shortening", "telemetry", "values",
     ))
 }  # fmt: skip
@@ -65,7 +65,7 @@ def test_modules_of_the_runtime(model: str, target: str, mode: str) -> None:
 ENGINES = {
     "controller": "core.commanding controller_engine",
     "supervisor": "judge.supervising supervisor_engine",
-    "monitor": "judge.shadowing listening_engine",
+    "monitor": "judge.monitoring monitor_engine",
 }
 PROGRAM = """
 import importlib, sys

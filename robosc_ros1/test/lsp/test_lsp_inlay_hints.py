@@ -5,7 +5,7 @@ from __future__ import annotations
 from lsp_support import open_text
 
 from robosc.lsp.analysis import Workspace
-from robosc.lsp.inlay_hints import inlay_hints
+from robosc.lsp.hover import inlay_hints
 
 MODEL = """\
 robot R {

@@ -143,26 +143,17 @@ class Publisher:
     def __init__(self, link: Link) -> None:
         self.impl = self
         self.connections = [link.connection]
-        self.queue_size = QUEUE
-
-    def set_queue_size(self, size: int) -> None:
-        self.queue_size = size
 
 
-@pytest.mark.parametrize("later", [False, True])
 def test_a_command_that_is_not_taken_at_once_is_not_sent(
-    ros: None, monkeypatch: pytest.MonkeyPatch, later: bool
+    ros: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A subscriber that takes its time must not get a movement that has been forbidden since; a
-    publisher may be told so ``later`` than its connection was made, as that of actionlib's goals."""
+    """A subscriber that takes its time must not get a movement that has been forbidden since."""
     monkeypatch.setattr(sys, "path", [str(TEMPLATES), *sys.path])
     module: Any = import_module("ros_connections")
-    link = Link(queue=QUEUE if later else module.AT_ONCE)
+    link = Link(queue=module.AT_ONCE)
     publisher = Publisher(link)
     try:
-        if later:
-            module.queue_nothing(publisher)
-            assert publisher.queue_size == module.AT_ONCE
         sent, number = [], 0
         while link.connection.took:
             link.publish(number, size=1000)

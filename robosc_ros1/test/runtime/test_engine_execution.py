@@ -11,7 +11,7 @@ from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
 from runtime.played_engine import Played
 
 from robosc.runtime.core.commanding import controller_engine
-from robosc.runtime.core.operating import INACTIVE
+from robosc.runtime.core.engine import INACTIVE
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.values import Undefined
 

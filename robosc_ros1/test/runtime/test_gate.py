@@ -15,8 +15,8 @@ from runtime.lamp_robot import ARM, GO, HALT, LAMP, SENSOR, LampController
 from runtime.test_supervisor_engine import GuardedPort
 
 from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.engine import HELD
 from robosc.runtime.core.model import Command, Requirement
-from robosc.runtime.core.operating import HELD
 from robosc.runtime.core.port import NotTaken
 from robosc.runtime.core.recorder import Entry
 from robosc.runtime.core.settings import Settings

@@ -8,7 +8,7 @@ from runtime.played_engine import Played
 from runtime.test_shadow_engine import Shadowed
 from runtime.test_supervisor_engine import Bench
 
-from robosc.runtime.core.operating import HELD
+from robosc.runtime.core.engine import HELD
 
 CLEAR, BLOCKED = 20.0, 5.0
 

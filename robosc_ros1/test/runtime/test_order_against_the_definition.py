@@ -9,6 +9,7 @@ import pytest
 
 from robosc.runtime.core.model import Command, Communication, Controller
 from robosc.runtime.core.scheduler import CommandScheduler, ScheduledCommand
+from robosc.runtime.core.settings import Settings
 
 FLAGS = tuple(f"flag_{number}" for number in range(6))
 BUSY = tuple(f"busy_{number}" for number in range(3))
@@ -123,7 +124,7 @@ def test_the_same_commands_in_the_same_order(order: str, seed: int) -> None:
     chance = random.Random(seed)
     controller = random_controller(chance)
     rates = {c.key: chance.choice([1.0, 3.0, 10.0]) for c in controller.COMMUNICATIONS}
-    fast = CommandScheduler(controller, rates.__getitem__, order)
+    fast = CommandScheduler(controller, Settings(rates=rates, order=order))
     slow = SlowScheduler(fast.commands, order)
     now = 0.0
     fast.begin(now)

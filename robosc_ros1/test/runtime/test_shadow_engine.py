@@ -14,7 +14,8 @@ from runtime.test_monitor_engine import BLOCKED, CLEAR, DRIVE, SilentPort
 
 from robosc.runtime.core.calls import Failure
 from robosc.runtime.core.settings import Settings
-from robosc.runtime.judge.shadowing import Shadow, shadow_engine
+from robosc.runtime.judge.monitoring import monitor_engine
+from robosc.runtime.judge.shadowing import Shadow
 
 Told = tuple[str, str, Any]
 
@@ -25,8 +26,8 @@ class Shadowed:
     def __init__(self, **more: Any) -> None:
         self.port = SilentPort()
         self.controller = LampController()
-        self.shadow = shadow_engine(
-            self.controller, self.port, Settings(**more), lambda: self.port.time
+        self.shadow = monitor_engine(
+            self.controller, self.port, Settings(shadow=True, **more), lambda: self.port.time
         )
 
     def begin(self) -> list[Told]:

@@ -17,7 +17,6 @@ from robosc.runtime.core.telemetry import ERROR, Outlet, Reporter
 from robosc.runtime.judge.matching import CommandPattern
 from robosc.runtime.judge.monitoring import monitor_engine
 from robosc.runtime.judge.seen import MonitorPort
-from robosc.runtime.judge.shadowing import shadow_engine
 from robosc.runtime.judge.sight import NOTABLE, deciding_inputs
 from robosc.runtime.judge.supervising import supervisor_engine
 
@@ -82,6 +81,10 @@ class Port(MonitorPort):
 
     def send(self, key: str, data: Any) -> None:
         """Do nothing."""
+
+
+def shadow_engine(controller: Any, port: Any, settings: Settings, steady: Any) -> Any:
+    return monitor_engine(controller, port, settings._replace(shadow=True), steady)
 
 
 class Scene:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import platform
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from datetime import date
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from robosc.emit.controller.naming import place
-from robosc.errors import Diagnostic
+from robosc.emit.package.rendering import instantiated
+from robosc.errors import Diagnostic, UsageError
 from robosc.evidence.runs import RecordedRun, RecordedRuns, RequirementRecord
 from robosc.model.entities import Assumption, Goal, Requirement
 from robosc.plant.model_text import to_dsl
@@ -19,6 +22,38 @@ from robosc.synthesis.documents import step_document
 from robosc.synthesis.formatting import event_text
 from robosc.synthesis.verify.verify_report import VerifyReport, possible_check, verify_document
 from robosc.traces.scripts import RequirementRow, Shown
+
+# ``robosc report``: the evidence as HTML, Markdown or JSON.
+
+
+FORMATS = (".html", ".md", ".json")
+_TEMPLATES = {".html": "evidence/report.html.jinja", ".md": "evidence/report.md.jinja"}
+
+
+@dataclass(frozen=True)
+class _View:
+    """What the templates see."""
+
+    e: Mapping[str, Any]
+
+
+def format_of(suffix: str) -> str:
+    """One of :data:`FORMATS`; Markdown without a suffix.
+
+    Raises:
+        UsageError: it is another one.
+    """
+    if suffix and suffix not in FORMATS:
+        raise UsageError(f"a report is .html, .md or .json, not {suffix}")
+    return suffix or ".md"
+
+
+def rendered(document: Mapping[str, Any], suffix: str) -> str:
+    """The document in a format."""
+    if suffix == ".json":
+        return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return instantiated(_TEMPLATES[suffix], _View(document))
+
 
 Document = dict[str, Any]
 

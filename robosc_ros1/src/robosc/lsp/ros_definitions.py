@@ -8,8 +8,8 @@ from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.model.file_resolver import FileContents
 from robosc.model.names.tables import CommunicationInfo
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
-from robosc.model.ros.fit import misfit
 from robosc.model.ros.interfaces import Definition, Field, Interface
+from robosc.model.ros.sent import misfit
 from robosc.syntax.nodes import InterfaceNode
 
 

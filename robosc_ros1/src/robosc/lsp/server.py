@@ -23,8 +23,7 @@ from robosc.lsp import definition, open_texts, positions, protocol, semantic_tok
 from robosc.lsp.actions import Edit, actions_for
 from robosc.lsp.analysis import READING, Analysis, Workspace
 from robosc.lsp.completion.complete import complete
-from robosc.lsp.hover import hover_text, keyword_hover
-from robosc.lsp.inlay_hints import inlay_hints
+from robosc.lsp.hover import hover_text, inlay_hints, keyword_hover
 from robosc.lsp.outline import folds, outline, symbols
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
 from robosc.lsp.signatures import signature_at
@@ -69,21 +68,22 @@ class _Session:
             types.TEXT_DOCUMENT_FORMATTING: self._formatting,
             types.WORKSPACE_SYMBOL: self._workspace_symbols,
         }
-        reading: dict[str, Callable[[Any], Any]] = {
+        reading: dict[str, Callable[[Analysis, Any], Any]] = {
             types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: self._symbols,
             types.TEXT_DOCUMENT_FOLDING_RANGE: self._folding,
             types.TEXT_DOCUMENT_HOVER: self._hover,
-            types.TEXT_DOCUMENT_DEFINITION: self._definition,
-            types.TEXT_DOCUMENT_REFERENCES: self._references,
-            types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: self._highlight,
-            types.TEXT_DOCUMENT_PREPARE_RENAME: self._prepare_rename,
+            types.TEXT_DOCUMENT_DEFINITION: self._of_name(self._definition),
+            types.TEXT_DOCUMENT_REFERENCES: self._of_name(self._references),
+            types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: self._of_name(self._highlight),
+            types.TEXT_DOCUMENT_PREPARE_RENAME: self._of_name(self._prepare_rename),
             types.TEXT_DOCUMENT_INLAY_HINT: self._inlay_hints,
         }
         for name, handler in handlers.items():
             self._add(name, handler)
-        for name, handler in reading.items():
-            self._add_reading(name, handler)
-        self._add_reading(types.TEXT_DOCUMENT_RENAME, self._rename, types.RenameOptions(True))
+        for name, answer in reading.items():
+            self._add_reading(name, answer)
+        renaming = self._of_name(self._rename)
+        self._add_reading(types.TEXT_DOCUMENT_RENAME, renaming, types.RenameOptions(True))
         self._add(
             types.TEXT_DOCUMENT_COMPLETION,
             self._completion,
@@ -111,14 +111,31 @@ class _Session:
 
         self._texts.server.feature(name, options)(handle)
 
-    def _add_reading(self, name: str, handler: Callable[[Any], Any], options: Any = None) -> None:
+    def _add_reading(
+        self, name: str, handler: Callable[[Analysis, Any], Any], options: Any = None
+    ) -> None:
         """A request that is answered from the text as it is; it can be cancelled until then."""
+
+        def answer(params: Any) -> Any:
+            analysis = self._workspace.analysis(protocol.path_of(params.text_document.uri))
+            return None if analysis is None else handler(analysis, params)
 
         async def handle(params: Any) -> Any:
             await self._texts.read(protocol.path_of(params.text_document.uri))
-            return self._handled(handler, params)
+            return self._handled(answer, params)
 
         self._texts.server.feature(name, options)(handle)
+
+    def _of_name(
+        self, handler: Callable[[Analysis, Occurrence, Any], Any]
+    ) -> Callable[[Analysis, Any], Any]:
+        """A request about the name at its position; None where there is none."""
+
+        def answer(analysis: Analysis, params: Any) -> Any:
+            found = analysis.index.at(self._offset(analysis.source, params.position))
+            return None if found is None else handler(analysis, found, params)
+
+        return answer
 
     def _handled(self, handler: Callable[[Any], Any], params: Any) -> Any:
         try:
@@ -132,24 +149,11 @@ class _Session:
 
     # --- requests about a document ---------------------------------------------------------------
 
-    def _analysis(self, params: Any) -> Analysis | None:
-        return self._workspace.analysis(protocol.path_of(params.text_document.uri))
-
     def _offset(self, source: Source, position: types.Position) -> int:
         return positions.offset_of(source, (position.line, position.character), self._encoding)
 
-    def _named(self, params: Any) -> tuple[Analysis, Occurrence] | None:
-        """The name at the position of a request."""
-        analysis = self._analysis(params)
-        if analysis is None:
-            return None
-        occurrence = analysis.index.at(self._offset(analysis.source, params.position))
-        return (analysis, occurrence) if occurrence is not None else None
-
-    def _symbols(self, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
-        analysis = self._analysis(params)
-        entries = outline(analysis) if analysis is not None else ()
-        return [protocol.document_symbol(entry, self._encoding) for entry in entries]
+    def _symbols(self, analysis: Analysis, _: Any) -> list[types.DocumentSymbol]:
+        return [protocol.document_symbol(entry, self._encoding) for entry in outline(analysis)]
 
     def _workspace_symbols(
         self, params: types.WorkspaceSymbolParams
@@ -158,10 +162,8 @@ class _Session:
             matching = symbols(self._workspace, params.query)
         return [protocol.workspace_symbol(one, self._encoding) for one in matching]
 
-    def _folding(self, params: types.FoldingRangeParams) -> list[types.FoldingRange]:
-        analysis = self._analysis(params)
-        foldable = folds(analysis.source) if analysis is not None else []
-        return [protocol.folding_range(fold) for fold in foldable]
+    def _folding(self, analysis: Analysis, _: Any) -> list[types.FoldingRange]:
+        return [protocol.folding_range(fold) for fold in folds(analysis.source)]
 
     def _formatting(self, params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
         """None for a text with errors of syntax: it stays as it is."""
@@ -186,63 +188,50 @@ class _Session:
         node = analysis.contents.scope.node
         return format_tree(node.written or node)
 
-    def _hover(self, params: types.HoverParams) -> types.Hover | None:
-        named = self._named(params)
-        if named is None:
-            return self._keyword_hover(params)
-        analysis, occurrence = named
+    def _hover(self, analysis: Analysis, params: types.HoverParams) -> types.Hover | None:
+        offset = self._offset(analysis.source, params.position)
+        occurrence = analysis.index.at(offset)
+        if occurrence is None:
+            hover = keyword_hover(analysis.source, offset)
+            return None if hover is None else protocol.hover(*hover, self._encoding)
         derived = self._texts.derived.get(analysis.path)
         if derived is not None and derived.source.text != analysis.source.text:
             derived = None
         text = hover_text(analysis, occurrence, derived)
         return protocol.hover(text, occurrence.span, self._encoding)
 
-    def _signature(self, params: types.SignatureHelpParams) -> types.SignatureHelp | None:
-        analysis = self._analysis(params)
-        if analysis is None:
-            return None
+    def _signature(
+        self, analysis: Analysis, params: types.SignatureHelpParams
+    ) -> types.SignatureHelp | None:
         signature = signature_at(analysis, self._offset(analysis.source, params.position))
         return protocol.signature_help(signature) if signature is not None else None
 
-    def _inlay_hints(self, params: types.InlayHintParams) -> list[types.InlayHint]:
-        analysis = self._analysis(params)
-        if analysis is None:
-            return []
+    def _inlay_hints(
+        self, analysis: Analysis, params: types.InlayHintParams
+    ) -> list[types.InlayHint]:
         start = self._offset(analysis.source, params.range.start)
         end = self._offset(analysis.source, params.range.end)
         hints = inlay_hints(analysis, start, end)
         return [protocol.inlay_hint(span, text, self._encoding) for span, text in hints]
 
-    def _keyword_hover(self, params: types.HoverParams) -> types.Hover | None:
-        source = self._workspace.source(protocol.path_of(params.text_document.uri))
-        hover = keyword_hover(source, self._offset(source, params.position)) if source else None
-        return protocol.hover(*hover, self._encoding) if hover is not None else None
-
-    def _definition(self, params: types.DefinitionParams) -> types.Location | None:
-        named = self._named(params)
-        span = definition.definition_of(*named) if named is not None else None
+    def _definition(
+        self, analysis: Analysis, occurrence: Occurrence, _: Any
+    ) -> types.Location | None:
+        span = definition.definition_of(analysis, occurrence)
         return protocol.location(span, self._encoding) if span is not None else None
 
-    def _references(self, params: types.ReferenceParams) -> list[types.Location]:
-        named = self._named(params)
-        if named is None:
-            return []
-        analysis, occurrence = named
-        by_file = references(
-            self._workspace,
-            analysis.path,
-            occurrence.symbol,
-            declaration=params.context.include_declaration,
+    def _references(
+        self, analysis: Analysis, occurrence: Occurrence, params: types.ReferenceParams
+    ) -> list[types.Location]:
+        declaration = params.context.include_declaration
+        found = references(
+            self._workspace, analysis.path, occurrence.symbol, declaration=declaration
         )
-        return [
-            protocol.location(o.span, self._encoding) for here in by_file.values() for o in here
-        ]
+        return [protocol.location(o.span, self._encoding) for here in found.values() for o in here]
 
-    def _highlight(self, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
-        named = self._named(params)
-        if named is None:
-            return []
-        analysis, occurrence = named
+    def _highlight(
+        self, analysis: Analysis, occurrence: Occurrence, _: Any
+    ) -> list[types.DocumentHighlight]:
         kinds = types.DocumentHighlightKind
         return [
             types.DocumentHighlight(
@@ -252,19 +241,18 @@ class _Session:
             for o in analysis.index.of(occurrence.symbol)
         ]
 
-    def _prepare_rename(self, params: types.PrepareRenameParams) -> types.Range | None:
-        named = self._named(params)
-        if named is None or not may_be_renamed(named[1].symbol):
+    def _prepare_rename(
+        self, analysis: Analysis, occurrence: Occurrence, _: Any
+    ) -> types.Range | None:
+        if not may_be_renamed(occurrence.symbol):
             return None
-        return protocol.range_(named[1].span, self._encoding)
+        return protocol.range_(occurrence.span, self._encoding)
 
-    def _rename(self, params: types.RenameParams) -> types.WorkspaceEdit | None:
+    def _rename(
+        self, analysis: Analysis, occurrence: Occurrence, params: types.RenameParams
+    ) -> types.WorkspaceEdit:
         from pygls.exceptions import JsonRpcInvalidParams
 
-        named = self._named(params)
-        if named is None:
-            return None
-        analysis, occurrence = named
         try:
             edits = rename(self._workspace, analysis.path, occurrence.symbol, params.new_name)
         except RenameError as error:
@@ -308,10 +296,9 @@ class _Session:
         item = completion.completion_item if completion is not None else None
         return bool(item is not None and item.snippet_support)
 
-    def _actions(self, params: types.CodeActionParams) -> list[types.CodeAction]:
-        analysis = self._analysis(params)
-        if analysis is None:
-            return []
+    def _actions(
+        self, analysis: Analysis, params: types.CodeActionParams
+    ) -> list[types.CodeAction]:
         start = self._offset(analysis.source, params.range.start)
         end = self._offset(analysis.source, params.range.end)
         actions = []
@@ -331,10 +318,8 @@ class _Session:
                 )
         return actions
 
-    def _tokens(self, params: types.SemanticTokensParams) -> types.SemanticTokens:
-        analysis = self._analysis(params)
-        data = semantic_tokens.encoded(analysis, self._encoding) if analysis is not None else []
-        return types.SemanticTokens(data)
+    def _tokens(self, analysis: Analysis, _: Any) -> types.SemanticTokens:
+        return types.SemanticTokens(semantic_tokens.encoded(analysis, self._encoding))
 
 
 def _difference(source: Source, text: str) -> Edit | None:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Protocol, TypeVar
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, Protocol, TypeVar
 
+from robosc.expr import tree, undefined_data
 from robosc.expr.tree import Expr
 from robosc.expr.types import EnumType, Type
-from robosc.model import entities
-from robosc.model.checks.cancels import check_cancels
+from robosc.model import diagnostics, entities
 from robosc.model.checks.command_data import with_command_data
 from robosc.model.checks.exclusive import check_overlaps
 from robosc.model.checks.freshness import check_freshness
 from robosc.model.checks.indexes import check_indexes
 from robosc.model.checks.served import check_served
-from robosc.model.checks.stopping import check_stop
+from robosc.model.checks.stopping import check_cancels, check_stop
 from robosc.model.checks.undefined_data import check_undefined_data
 from robosc.model.checks.unused import check_case, check_topics, check_unused
 from robosc.model.checks.used_fields import Usage
@@ -35,18 +35,82 @@ from robosc.model.declarations.performing import find_performed, performed_data,
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Muted, Report
-from robosc.model.names import tables
-from robosc.model.names.qualifiers import qualifiers
+from robosc.model.names import copies, tables
 from robosc.model.names.scope import FileScope, report_duplicate
 from robosc.model.names.value_scope import ValueScope
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.links import Binder
-from robosc.model.typing.asked_conditions import conditions_over
 from robosc.model.typing.declared_functions import FunctionTyper
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
-from robosc.model.typing.value_word import RULE, Incoming
+from robosc.model.typing.value_word import RULE, Incoming, no_value
 from robosc.syntax import nodes
+from robosc.syntax.nodes import ExprNode
+
+# The names before a dot that a file itself does not declare: they may be those of libraries.
+
+
+_WORDS = frozenset({"value", "index"})
+
+
+def qualifiers(node: nodes.FileNode) -> tuple[nodes.Name, ...]:
+    """``Geo`` of ``Geo.limit``, ``Geo.twice(x)`` or the type ``Geo.Side``: the first of each."""
+    found: dict[str, nodes.Name] = {}
+    declared = {item.name.text for item in node.declarations if hasattr(item, "name")}
+    declared |= {
+        item.name.text for part in _inside(node) for item in part.items if hasattr(item, "name")
+    }
+    for name in _named(node, frozenset(declared) | _WORDS):
+        found.setdefault(name.text, name)
+    return tuple(found.values())
+
+
+def _inside(node: nodes.FileNode) -> Iterator[nodes.ComponentNode | nodes.BehaviourNode]:
+    for component in node.declarations:
+        if isinstance(component, nodes.ComponentNode):
+            yield component
+            yield from (item for item in component.items if isinstance(item, nodes.BehaviourNode))
+
+
+def _named(node: Any, known: frozenset[str]) -> Iterator[nodes.Name]:
+    if isinstance(node, tuple):
+        for part in node:
+            yield from _named(part, known)
+        return
+    if not is_dataclass(node) or isinstance(node, nodes.Name):
+        return
+    if isinstance(node, nodes.Access) and node.path and node.root.text not in known:
+        yield node.root
+    if isinstance(node, nodes.NamedTypeNode) and node.library is not None:
+        yield node.library
+    if isinstance(node, nodes.AggregateNode):
+        known |= {name.text for name in (node.position, node.variable) if name is not None}
+    if isinstance(node, nodes.FunctionNode):
+        known |= {parameter.name.text for parameter in node.parameters}
+    for field in fields(node):
+        if field.compare:
+            yield from _named(getattr(node, field.name), known)
+
+
+# Typing of conditions that a person or a script asks of a resolved robot.  They are read as
+# the model's own requirements are, with the same names: ``blocked and Sensor.way =
+# Lib.Way.free``.
+
+
+def conditions_over(types: TypeTable, table: tables.ComponentTable) -> entities.ConditionReader:
+    """A reader with the names of a file in which everything is declared."""
+
+    def read(node: ExprNode, report: diagnostics.Report) -> tree.Expr | None:
+        expanded = copies.over_copies(node, table.copies, report)
+        if report.has_errors:
+            return None
+        incoming = no_value("a condition on states has no received value")
+        typer = Typer(report, types.reporting_to(report), tables.SymbolTable(table), incoming)
+        found = typer.check(expanded, BOOLEAN, "a condition")
+        return None if found is None else undefined_data.condition_on_data(found)
+
+    return read
+
 
 _Entity = TypeVar("_Entity")
 

@@ -36,9 +36,12 @@ class Listener(Protocol):
     def start(self, page: str | None) -> None:
         """Listen; ``page`` is the address of the page, which is told; None: there is none."""
 
-    def order(self, word: str) -> None: ...
+    def order(self, word: str) -> None:
+        """Publish an order on the node's ``~operate``. Raises Unable."""
 
-    def publish(self, topic: str, data: Any) -> None: ...
+    def publish(self, topic: str, data: Any) -> None:
+        """Publish a message with these data: the fields to set by name, or the only one. Raises
+        Unable."""
 
     def close(self) -> None:
         """Leave without a trace."""

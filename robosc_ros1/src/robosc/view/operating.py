@@ -10,8 +10,9 @@ import json
 import sys
 import time
 from collections.abc import Callable, Iterable
-from typing import Any, Protocol
+from typing import Any
 
+from robosc.view.listening import Listener
 from robosc.view.server import Answers, Unable
 
 ORDERS = ("hold", "release", "step")
@@ -22,23 +23,13 @@ PATIENCE = 2.0
 UNHEARD = "nobody hears %s; orders are heard by a node that was started with operate:=true"
 
 
-class Hand(Protocol):
-    """How a version of ROS publishes. Both raise Unable."""
-
-    def order(self, word: str) -> None:
-        """Publish an order on the node's ``~operate``."""
-
-    def publish(self, topic: str, data: Any) -> None:
-        """Publish a message with these data: the fields to set by name, or the only one."""
-
-
 class OperatorDesk:
     """What a page may ask; ``persons`` are the components whose messages it may send, ``model``
     returns the document of ``~model``."""
 
     def __init__(
         self,
-        hand: Hand,
+        hand: Listener,
         persons: Iterable[str],
         model: Callable[[], dict[str, Any] | None],
         log: Callable[[str], None] = lambda text: print(text, file=sys.stderr, flush=True),

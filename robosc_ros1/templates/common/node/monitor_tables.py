@@ -13,27 +13,10 @@ class MonitorTables(Tables):
     does not judge. ``orders`` are groups of keys of which the order of events matters.
     """
 
-    def __init__(
-        self,
-        subscriptions,
-        commands,
-        actions,
-        unseen,
-        unjudged,
-        by_data=(),
-        orders=(),
-        transforms=None,
-    ):
-        super().__init__(subscriptions, (), (), actions, transforms=transforms)
-        self.commands = commands
-        self.unseen = unseen
-        self.unjudged = unjudged
-        self.by_data = by_data
-        self.orders = orders
-
-    def heard_alone(self):
-        """Return the topics of the robot as those of a node that has no others."""
-        return Tables(self.subscriptions, (), (), (), transforms=self.transforms)
+    def __init__(self, commands, unseen, unjudged, by_data=(), orders=(), **heard):
+        super().__init__(publications=(), services=(), **heard)
+        self.commands, self.unseen, self.unjudged = commands, unseen, unjudged
+        self.by_data, self.orders = by_data, orders
 
     def demand_fit(self, settings, resolved):
         """A monitor sends nothing, and may be a shadow."""

@@ -65,24 +65,38 @@ class Caller:
 class CallingPort(Port):
     """A port whose services and actions are objects that report to the engine, by key."""
 
-    transforms = None
-    """What hears transforms, if the model has some."""
-
-    def __init__(self, services, actions, served=(), former=()):
-        self._services = services
-        self._actions = actions
+    def __init__(self, tables, *place, former=()):
+        self._tables = tables
+        self._place = place  # what services and actions get beside their names and types
+        self._publishers = {}  # those of messages with their types, by key
+        self._heard = {}  # what hears messages, by key
+        self.transforms = tables.transforms
+        self._services = self._services_of()
+        self._actions = actions = self._actions_of()
         self._former = former  # actions with goals of the node's former configurations
         for action in actions.values():
             others = (a for a in (*actions.values(), *former) if a is not action)
             action.siblings = [other for other in others if other.label == action.label]
-        self._served = served  # pairs of a key and a service or an action that is called
+        served = self._made("served_service", tables.served)
+        self._served = {**served, **self._made("served_action", tables.served_actions)}
+
+    def _services_of(self):
+        return self._made("service", self._tables.services)
+
+    def _actions_of(self):
+        return self._made("action", self._tables.actions)
+
+    def _made(self, kind, rows):
+        """Return what stands for services or actions, by key."""
+        make = self._tables.makes.get(kind)
+        return {key: make(*self._place, name, type_) for name, type_, key in rows}
 
     def connect(self, engine):
         """Begin to pass inputs to the engine."""
         for key, caller in (*self._services.items(), *self._actions.items()):
             caller.report = functools.partial(engine.report, key)
             caller.look = engine.look
-        for key, service in self._served:
+        for key, service in self._served.items():
             service.serve(
                 functools.partial(engine.serve, key), functools.partial(engine.recall, key)
             )

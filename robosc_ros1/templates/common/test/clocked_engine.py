@@ -14,12 +14,8 @@ from robot_tables import TABLES, TOLD
 PASSED_ON = [topic for _, topic, _, _ in getattr(TABLES, "inputs", ())]
 HEARD = [*(topic for topic, _, _ in TABLES.publications), *PASSED_ON, "~/events", "~/state", *TOLD]
 """The topics of the node that the player listens to."""
-ENGINES = (
-    ("controller_engine", "core.commanding", "controller_engine"),
-    ("supervisor_engine", "judge.supervising", "supervisor_engine"),
-    ("listening_engine", "judge.monitoring", "monitor_engine"),
-)
-"""What the node makes its engine with, by role; the module and the function of the same."""
+ENGINES = ("controller_engine", "supervisor_engine", "monitor_engine")
+"""What the node makes its engine with, by role."""
 LOOK = 0.02
 """Seconds of the machine between two looks whether the clock has begun, and between two reports."""
 
@@ -29,8 +25,8 @@ def use(package, is_heard):
     connected with it."""
     port = import_module(package + "._runtime.core.port")
     node = import_module(package + ".node")
-    name, module, engine = next(row for row in ENGINES if hasattr(node, row[0]))
-    make_engine = getattr(import_module(package + "._runtime." + module), engine)
+    name = next(name for name in ENGINES if hasattr(node, name))
+    make_engine = getattr(node, name)
 
     def make(controller, own, settings):
         engine = make_engine(controller, own, settings, own.now)

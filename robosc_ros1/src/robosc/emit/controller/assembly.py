@@ -6,15 +6,14 @@ condition; the template only writes it down.
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
 from dataclasses import replace
+from math import prod
 
-from robosc import dotted
+from robosc import dotted, limits
 from robosc.emit.controller import (
-    comments,
-    controller_tables,
     guard_methods,
-    lasting,
     messages,
     python,
     python_literals,
@@ -23,17 +22,129 @@ from robosc.emit.controller import (
 )
 from robosc.emit.controller.attribute_names import attributes_of, counting_entries, word_of
 from robosc.emit.controller.naming import PythonNames, place
+from robosc.emit.controller.python import Attributes
+from robosc.emit.controller.python_literals import literal
+from robosc.emit.controller.template_data import LastingView
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.package import config, rendering
 from robosc.expr import traversal, tree, types
 from robosc.language import events, functions
+from robosc.language.events import EventKind
+from robosc.language.functions import HELPERS
+from robosc.model.entities import Communication, Robot
 from robosc.model.stages import told_stages
 from robosc.names import snake_case
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.conjuncts import conjuncts
 from robosc.plant.part_names import NamedExpr
 from robosc.runtime.core.model import Communication as Declared
+from robosc.runtime.core.model import Parameter
 from robosc.supervisor import Guard, Supervisor
+
+# Conditions that must have held for some time, as a controller follows them.
+
+
+def lasting_views(robot: Robot, attributes: Attributes) -> tuple[LastingView, ...]:
+    """The lasting conditions of a robot, in model order."""
+    return tuple(
+        LastingView(
+            one.name,
+            place(one.span),
+            attributes.lasting[one.name],
+            attributes.text(one.condition),
+            attributes.locations[one.name],
+            attributes.entries[one.name],
+        )
+        for one in robot.lasting
+    )
+
+
+# Tables and bounds of a generated controller, and what it imports.
+
+
+def _helpers(module: str) -> set[str]:
+    return {n for n, function in HELPERS.items() if function.__module__.endswith(f".{module}")}
+
+
+_OF_RUNTIME = {
+    "core.functions": _helpers("functions"),
+    "core.model": {
+        "After", "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
+        "Tau",
+    },
+    "core.values": {
+        "BrokenAssumption", "Mismatch", "copied", "given", "in_range", "now", "only_field",
+        "optional", "record", *_helpers("values"),
+    },
+}  # fmt: skip
+"""What a controller may import, by module of the runtime."""
+
+
+def imports_of(source: str) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """The names that the source of a controller uses of the runtime, by module."""
+    used = {node.id for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name)}
+    found = {module: used & names for module, names in _OF_RUNTIME.items()}
+    return tuple((module, tuple(sorted(names))) for module, names in found.items() if names)
+
+
+def bound_of_steps(supervisor: Supervisor) -> int:
+    """Internal transitions that can follow one another without coming back to a state.
+
+    Synthesis knows the exact number unless the system is large or they have no end. Else there are
+    no more situations than combinations of what they change, nor than reachable states.
+    """
+    if supervisor.step_bound is not None:
+        return max(1, supervisor.step_bound)
+    plant = supervisor.plant
+    written = {v for e in plant.events if e.kind is EventKind.TAU for v in e.writes}
+    combinations = prod(plant.sizes(written))
+    return max(1, min(combinations, supervisor.controlled_states or combinations, limits.STEPS))
+
+
+def parameter_row(parameter: Parameter) -> str:
+    """The entry of a parameter in the table, as arguments."""
+    parts = [literal(parameter.name), literal(parameter.type), literal(parameter.default)]
+    parts.append(literal(parameter.meaning))
+    if parameter.choices:
+        parts.append(f"choices={literal(tuple(parameter.choices))}")
+    if parameter.shape is not None:
+        parts.append(f"shape={literal(parameter.shape)}")
+    for name in ("minimum", "maximum"):
+        bound = getattr(parameter, name)
+        parts += [] if bound is None else [f"{name}={bound!r}"]
+    parts += ["required=True"] if parameter.required else []
+    return ", ".join([*parts, f"attribute={literal(parameter.attribute)}"])
+
+
+# What comments and docstrings of a generated controller say about events and phases.
+
+
+PERMITTED = {
+    EventKind.REQUEST: "requested",
+    EventKind.CANCEL: "cancelled",
+    EventKind.ANSWER: "answered",
+    EventKind.REFUSAL: "answered with an error",
+    EventKind.PROGRESS: "reported on",
+}
+"""What a command may be done with."""
+
+PHASES = {
+    "busy": "is under way",
+    "cancelling": "was cancelled, and has not ended",
+    "ending": "was cancelled, and is not answered yet",
+    "fresh": "came within its timeout",
+    "silent": "came, but not within its timeout",
+    "heard": "has come",
+}
+"""What it means that a communication is in a phase."""
+
+
+def described(kind: EventKind, communication: Communication) -> str:
+    """Return what an event is: ``response of the service call``."""
+    if kind is EventKind.CANCELLED:
+        return f"end of the cancelled action {communication.name}"
+    return f"{kind.word} of the {communication.kind.value} {communication.name}"
+
 
 # What the module imports or defines, and what the base class has.
 _RESERVED = """
@@ -49,7 +160,7 @@ _RESERVED = """
 def controller_context(supervisor: Supervisor, robot_file: str) -> template_data.ControllerContext:
     context = _Builder(supervisor).build(robot_file)
     source = rendering.instantiated("common/node/controller.py.jinja", context)
-    return replace(context, imports=controller_tables.imports_of(source))
+    return replace(context, imports=imports_of(source))
 
 
 class _Builder:
@@ -92,7 +203,7 @@ class _Builder:
             robot=self.robot.name,
             source=robot_file,
             class_name=self.class_name,
-            step_bound=controller_tables.bound_of_steps(self.supervisor),
+            step_bound=bound_of_steps(self.supervisor),
             stages=told_stages(self.robot),
             enums=tuple(messages.enum_view(e, self.attributes) for e in self.enums),
             components=tuple(self._components()),
@@ -106,7 +217,7 @@ class _Builder:
             refusals=tuple(messages.refusals(self.robot, self.attributes, self.names)),
             taus=tuple(t for t in taus if t.body),
             afters=tuple(afters),
-            lasting=lasting.lasting_views(self.robot, self.attributes),
+            lasting=lasting_views(self.robot, self.attributes),
             guard_parts=tuple(map(self._part, self.part_names.used(self.shown))),
             persistent=tuple(
                 (key, self.attributes.variables[key], repr(types.domain(variable.type)))
@@ -122,7 +233,7 @@ class _Builder:
             ),
             parameter_rows=tuple(
                 map(
-                    controller_tables.parameter_row,
+                    parameter_row,
                     config.declared_parameters(self.robot, self.attributes.parameters),
                 )
             ),
@@ -176,7 +287,7 @@ class _Builder:
     def _phase_views(self) -> Iterator[template_data.AttributeView]:
         for (key, phase), attribute in self.attributes.phases.items():
             yield template_data.AttributeView(
-                attribute, "False", f"{self.robot.display_names[key]} {comments.PHASES[phase]}"
+                attribute, "False", f"{self.robot.display_names[key]} {PHASES[phase]}"
             )
 
     def _requirement(self, number: int) -> template_data.RequirementView:
@@ -221,7 +332,7 @@ class _Builder:
             key=event.key,
             kind=event.kind.word,
             place=place(event.span),
-            description=comments.described(event.kind, self.robot.communications[event.key]),
+            description=described(event.kind, self.robot.communications[event.key]),
             read=read,
             read_lines=lines,
             reader=reader,
@@ -258,8 +369,8 @@ class _Builder:
             key=event.key,
             kind=kind,
             place=place(event.span),
-            description=comments.described(event.kind, self.robot.communications[event.key]),
-            permission=f"{event.name} may be {comments.PERMITTED[event.kind]}",
+            description=described(event.kind, self.robot.communications[event.key]),
+            permission=f"{event.name} may be {PERMITTED[event.kind]}",
             read=read,
             read_lines=lines,
             reader=self.names.take(f"read_{kind}_of_{word}") if read is not None else None,

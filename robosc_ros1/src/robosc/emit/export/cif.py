@@ -20,17 +20,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from robosc import dotted
-from robosc.emit.export.cif_events import CifEvent, cif_events
+from robosc import dotted, errors, limits, names
 from robosc.emit.export.cif_expr import condition, in_range, update
 from robosc.emit.export.cif_names import CifScope, CifVariable
 from robosc.expr.tree import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
+from robosc.plant import partial_evaluation, step
 from robosc.plant.acceptance import acceptance_of, components_of, phase_of
 from robosc.plant.automaton import (
     ASSUMPTIONS,
     Edge,
+    Event,
     LocalAutomaton,
     Plant,
     StateVariable,
@@ -38,6 +39,49 @@ from robosc.plant.automaton import (
 )
 from robosc.plant.partial_evaluation import assigned, holds
 from robosc.supervisor import Guard, Supervisor
+from robosc.synthesis.event_parameters import weight
+
+# The events of CIF: those of the plant, each with each of its values.
+
+
+@dataclass(frozen=True, slots=True)
+class CifEvent:
+    """An event with one value: an event of its own in CIF."""
+
+    event: Event
+    values: partial_evaluation.PartValues
+    name: str
+
+
+def cif_events(plant: Plant, scope: CifScope) -> Iterator[CifEvent]:
+    """Each event with each of its values.
+
+    Raises:
+        StateSpaceError: they are too many to be written down.
+    """
+    for event in plant.events:
+        if weight(event) > limits.CIF_VALUES:
+            name = f"{event.name}.{event.kind.word}"
+            raise errors.StateSpaceError(
+                f"CIF needs an event for each value, and {name} has more than"
+                f" {limits.CIF_VALUES:,}: convert the received value by an enum,"
+                " or export as JSON"
+            )
+        event_name = _event_name(event)
+        parameters = (event.whole or event).parameters
+        words = [scope.value_names(event_name, p) for p in parameters]
+        for values in step.valuations(event):
+            known = list(zip(parameters, values, words, strict=True))
+            parts = [event_name, *(own[p.values.index(value)] for p, value, own in known)]
+            name = scope.fresh("_".join(parts))
+            yield CifEvent(event, {p.path: value for p, value, _ in known}, name)
+
+
+def _event_name(event: Event) -> str:
+    prefix = "c" if event.controllable else "u"
+    name = names.without_index(event.name).replace(".", "_")
+    number = event.index if event.kind.of_component else ""
+    return f"{prefix}_{name}_{event.kind.word}{number}"
 
 
 def cif_plant(plant: Plant) -> str:

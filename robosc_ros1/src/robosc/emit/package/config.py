@@ -11,7 +11,6 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from robosc.emit.controller.python import duration
@@ -27,10 +26,6 @@ EVENT_LOG = "~/.ros/log/{package}.jsonl"
 OWN = "robosc.yaml"
 
 
-def _empty() -> Mapping[Any, Any]:
-    return MappingProxyType({})
-
-
 @dataclass(frozen=True)
 class Config:
     """Options of one generation; what the command line says goes before ``package`` and ``output``.
@@ -44,14 +39,14 @@ class Config:
     """
 
     package: str | None = None
-    output: Mapping[str, Path] = field(default_factory=_empty)
-    locations: Mapping[tuple[str, str], Path] = field(default_factory=_empty)
+    output: Mapping[str, Path] = field(default_factory=dict)
+    locations: Mapping[tuple[str, str], Path] = field(default_factory=dict)
     version: str = "0.1.0"
     maintainer: str = "robosc"
     email: str = "robosc@example.org"
     licence: str = "BSD-3-Clause"
-    parameters: Mapping[str, Any] = field(default_factory=_empty)
-    supervisor: Mapping[str, Any] = field(default_factory=_empty)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    supervisor: Mapping[str, Any] = field(default_factory=dict)
     lifecycle: bool = False
     untested: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -61,7 +56,7 @@ class Config:
         if self.parameters.get("event_log") != EVENT_LOG:
             return self
         log = EVENT_LOG.format(package=package)
-        return replace(self, parameters=MappingProxyType({**self.parameters, "event_log": log}))
+        return replace(self, parameters={**self.parameters, "event_log": log})
 
     def checked(self, robot: Robot) -> Config:
         """The same, if the parameters fit the robot, with the stop command of the model as default.
@@ -81,7 +76,7 @@ class Config:
             settings.read(communications, given, more, strict=True)
         except settings.ParameterError as error:
             raise UsageError(str(error)) from error
-        return replace(self, parameters=MappingProxyType(given))
+        return replace(self, parameters=given)
 
 
 DEFAULTS = Config()
@@ -262,14 +257,20 @@ def key_hint(key: str, known: Collection[str]) -> str:
     return f"did you mean {near[0]}?" if near else f"known keys: {', '.join(known)}"
 
 
-def _text(name: str, pattern: str, what: str) -> Setter:
+def _valid(
+    name: str, fits: Callable[[Any], Any], what: str, made: Callable[[Any], Any] = lambda v: v
+) -> Setter:
     def put(config: Config, value: Any, _: Path) -> Config:
-        if not isinstance(value, str) or not re.fullmatch(pattern, value):
+        if not fits(value):
             raise ValueError(what)
-        changes: dict[str, Any] = {name: value}
+        changes: dict[str, Any] = {name: made(value)}
         return replace(config, **changes)
 
     return put
+
+
+def _text(name: str, pattern: str, what: str) -> Setter:
+    return _valid(name, lambda v: isinstance(v, str) and re.fullmatch(pattern, v), what)
 
 
 def _output(config: Config, value: Any, file: Path) -> Config:
@@ -283,36 +284,17 @@ def _output(config: Config, value: Any, file: Path) -> Config:
         folders[name] = file.parent / Path(folder).expanduser()
     # What the original's file says of these targets is no longer asked for.
     locations = {key: place for key, place in config.locations.items() if key[0] not in folders}
-    return replace(
-        config,
-        output=MappingProxyType({**config.output, **folders}),
-        locations=MappingProxyType(locations),
-    )
+    return replace(config, output={**config.output, **folders}, locations=locations)
 
 
 def _parameters(config: Config, value: Any, _: Path) -> Config:
     if not isinstance(value, dict):
         raise ValueError("names of parameters with their values")
-    merged = {**config.parameters, **settings.flatten(value)}
-    return replace(config, parameters=MappingProxyType(merged))
+    return replace(config, parameters={**config.parameters, **settings.flatten(value)})
 
 
-def _supervisor(config: Config, value: Any, _: Path) -> Config:
-    if not isinstance(value, dict):
-        raise ValueError("a section")
-    return replace(config, supervisor=MappingProxyType(dict(value)))
-
-
-def _lifecycle(config: Config, value: Any, _: Path) -> Config:
-    if not isinstance(value, bool):
-        raise ValueError("true or false")
-    return replace(config, lifecycle=value)
-
-
-def _untested(config: Config, value: Any, _: Path) -> Config:
-    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
-        raise ValueError("names of commands")
-    return replace(config, untested=tuple(value))
+def _are_texts(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(part, str) for part in value)
 
 
 _KEYS: Mapping[str, Setter] = {
@@ -323,7 +305,7 @@ _KEYS: Mapping[str, Setter] = {
     "email": _text("email", r"[^@\s]+@[^@\s]+\.[^@\s.]+", "an address with a dotted domain"),
     "license": _text("licence", r".*\S.*", "the name of a licence"),
     "parameters": _parameters,
-    "supervisor": _supervisor,
-    "lifecycle": _lifecycle,
-    "untested": _untested,
+    "supervisor": _valid("supervisor", lambda v: isinstance(v, dict), "a section"),
+    "lifecycle": _valid("lifecycle", lambda v: isinstance(v, bool), "true or false"),
+    "untested": _valid("untested", _are_texts, "names of commands", tuple),
 }

@@ -11,7 +11,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from robosc.emit.package.config import EVENT_LOG, OWN, Config, key_hint, read_own, read_text
@@ -80,20 +79,18 @@ def _read_original(file: Path, config: Config, base: Path | None = None) -> Conf
     options = reader.section(
         _parsed(file), "", ("publishStateInformation", "writeEventsToLog", "output", "supervisor")
     )
+    shows = reader.switch(options, "publishStateInformation", True)
+    logs = reader.switch(options, "writeEventsToLog", False)
     parameters = {
-        "legacy_state_topic": "/state"
-        if reader.switch(options, "publishStateInformation", True)
-        else "",
-        "event_log": EVENT_LOG if reader.switch(options, "writeEventsToLog", False) else "",
+        "legacy_state_topic": "/state" if shows else "",
+        "event_log": EVENT_LOG if logs else "",
     }
     places = reader.texts(options.get("output"), "output", _LOCATIONS)
     return replace(
         config,
-        parameters=MappingProxyType({**config.parameters, **parameters}),
-        locations=MappingProxyType(
-            {_LOCATIONS[key]: (base or file.parent) / place for key, place in places.items()}
-        ),
-        supervisor=MappingProxyType(reader.guarded(options.get("supervisor"))),
+        parameters={**config.parameters, **parameters},
+        locations={_LOCATIONS[key]: (base or file.parent) / p for key, p in places.items()},
+        supervisor=reader.guarded(options.get("supervisor")),
         warnings=(*config.warnings, *reader.warnings),
     )
 

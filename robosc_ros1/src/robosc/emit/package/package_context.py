@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from xml.sax.saxutils import escape
 
+from robosc.emit.controller.python_literals import literal
 from robosc.emit.package.readme import ParameterView
 from robosc.errors import UsageError
 from robosc.model.entities import Communication
@@ -23,6 +24,11 @@ class TopicView:
     type: str
     keys: tuple[str, ...] = ()
     key: str = ""
+
+    @property
+    def row(self) -> str:
+        """What stands for it in the table of ``node.py``."""
+        return f"{literal(self.name)}, {self.type}, {literal(self.keys or self.key)}"
 
 
 @dataclass(frozen=True)

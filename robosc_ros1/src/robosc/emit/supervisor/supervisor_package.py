@@ -27,6 +27,12 @@ class RelayView:
     key: str = ""
     commands: tuple[str, ...] = ()
 
+    @property
+    def row(self) -> str:
+        """What stands for a service or an action in the table of ``node.py``."""
+        names = f"{literal(self.controller)}, {literal(self.robot)}"
+        return f"{names}, {self.type}, {literal(self.key)}"
+
 
 @dataclass(frozen=True)
 class ControllerNode:

@@ -10,23 +10,143 @@ the one or the other.
 
 from __future__ import annotations
 
+import ctypes
 import fcntl
 import os
+import re
 import shutil
 import signal
 import tempfile
 import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from difflib import unified_diff
+from hashlib import sha256
 from pathlib import Path
 
 from robosc import errors, limits
-from robosc.emit.package.package import File, Package
-from robosc.emit.write import atomic_replacement, checksums
+from robosc.emit.package.package import MARKER, File, Package
 from robosc.emit.write.user_regions import own_lines, text_of, with_own_lines
+
+# What robosc wrote into a package, so that it knows later what is still as it left it.  The
+# record is a file of the package. It has the layout of ``sha256sum``, so that ``sha256sum
+# --check`` shows a person, too, which files were changed by hand.
+
+
+RECORD = "generated.sha256"
+
+_LINE = re.compile(r"([0-9a-f]{64})  (.+)")
+
+
+def record_of(package: Package) -> File:
+    """The record of a package's files, as they are without lines of the user's own."""
+    target = f" for {package.target}" if package.target else ""
+    lines = [f"# What was {MARKER}{target}; it replaces and removes only what is still the same."]
+    lines += [f"{_hash(file.content.encode())}  {path}" for path, file in package.files.items()]
+    return File("\n".join(lines) + "\n")
+
+
+def recorded_target(folder: Path) -> str:
+    """The version of ROS that the package in a folder is for; empty if that is not recorded."""
+    found = re.match(rf"# What was {MARKER} for (\w+);", text_of(folder / RECORD))
+    return "" if found is None else found[1]
+
+
+def read_record(folder: Path) -> dict[str, str] | None:
+    """The hashes by path; empty without a record, None if the file is none.
+
+    Lines that are not as robosc writes them count for nothing, as after a failed merge: what they
+    spoke of is then a file that anybody may have written.
+    """
+    place = folder / RECORD
+    if not place.is_symlink() and not place.exists():
+        return {}
+    if place.is_symlink() or not place.is_file():
+        return None
+    text = place.read_text(encoding="utf-8", errors="replace")
+    if MARKER not in text.partition("\n")[0]:
+        return None
+    found = (_LINE.fullmatch(line) for line in text.splitlines())
+    return {match[2]: match[1] for match in found if match and _is_below(match[2])}
+
+
+def is_as_recorded(folder: Path, path: str, record: Mapping[str, str]) -> bool:
+    """Whether a file of the package has the content that robosc gave it, the user's own lines
+    apart."""
+    place = folder / path
+    if path not in record or not place.is_file():
+        return False
+    if any((folder / part).is_symlink() for part in (Path(path), *Path(path).parents)):
+        return False  # it lies somewhere else, whatever it is
+    own = with_own_lines(text_of(place), "").encode()
+    return record[path] in (_hash(place.read_bytes()), _hash(own))
+
+
+def _hash(content: bytes) -> str:
+    return sha256(content).hexdigest()
+
+
+def _is_below(path: str) -> bool:
+    return not path.startswith("/") and ".." not in Path(path).parts
+
+
+# Atomic replacement of a folder by another one.
+
+
+_AT_FDCWD = -100
+_RENAME_EXCHANGE = 2
+
+
+def exchange(first: Path, second: Path) -> None:
+    """Each takes the other's name, at once: nobody ever sees neither or a mixture (renameat2(2)).
+
+    Raises OSError where the system or the file system cannot do this, as on a mount point.
+    """
+    libc = ctypes.CDLL(None, use_errno=True)
+    if not hasattr(libc, "renameat2"):
+        raise OSError("this system cannot exchange two folders")
+    names = os.fsencode(first), os.fsencode(second)
+    if libc.renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE):
+        number = ctypes.get_errno()
+        raise OSError(number, os.strerror(number), str(second))
+
+
+def link_tree(source: Path, target: Path, left_out: Collection[str]) -> None:
+    """The files below ``source``, but those left out, below ``target`` too: hard links, no copies.
+
+    Raises OSError where something cannot be linked or owned, as across mounts.
+    """
+    folders = []
+    for name, below, files in os.walk(source, onerror=_fail):
+        here = Path(name).relative_to(source)
+        folders.append(here)
+        (target / here).mkdir(exist_ok=True)
+        links = [folder for folder in below if (source / here / folder).is_symlink()]
+        for path in (here / file for file in files + links):
+            if path.as_posix() not in left_out:
+                os.link(source / path, target / path, follow_symlinks=False)
+    for here in reversed(folders):  # at last, because a folder may be read-only
+        status = (source / here).stat()
+        os.chown(target / here, status.st_uid, status.st_gid)
+        shutil.copystat(source / here, target / here)
+
+
+def rescue(old: Path, new: Path, left_out: Collection[str]) -> None:
+    """Move to ``new`` what somebody saved in ``old`` while ``new`` was being made from it."""
+    for folder, _, files in os.walk(old):
+        for name in files:
+            source = Path(folder) / name
+            path = source.relative_to(old)
+            place = new / path
+            same = place.exists() and os.path.samestat(source.lstat(), place.lstat())
+            if not same and path.as_posix() not in left_out and place.parent.is_dir():
+                os.replace(source, place)  # noqa: PTH105 - atomic, over what is there
+
+
+def _fail(error: OSError) -> None:
+    raise error
 
 
 @dataclass(frozen=True)
@@ -82,7 +202,7 @@ def difference(
     wanted = {path: file.content for path, file in plan.fresh.items()}
     wanted.update(dict.fromkeys(plan.stale, ""))
     lines: list[str] = []
-    for path in sorted(wanted.keys() - {checksums.RECORD}):
+    for path in sorted(wanted.keys() - {RECORD}):
         name = str(target / path)
         is_there = (present / path).is_file()
         lines += unified_diff(
@@ -151,10 +271,10 @@ class _Plan:
 
 
 def _plan(package: Package, target: Path, folder: Path, force: bool) -> _Plan:
-    record = checksums.read_record(folder) or {}
+    record = read_record(folder) or {}
     if not force:
         _demand_target(package, target, folder)
-    files = {**package.files, checksums.RECORD: checksums.record_of(package)}
+    files = {**package.files, RECORD: record_of(package)}
     edited = [] if force else [path for path in files if _is_edited(folder, path, record)]
     files = {
         path: replace(file, content=with_own_lines(file.content, own_lines(text_of(folder / path))))
@@ -167,7 +287,7 @@ def _plan(package: Package, target: Path, folder: Path, force: bool) -> _Plan:
     stale = [
         path
         for path in lost
-        if checksums.is_as_recorded(folder, path, record) and not own_lines(text_of(folder / path))
+        if is_as_recorded(folder, path, record) and not own_lines(text_of(folder / path))
     ]
     kept = [path for path in lost if path not in stale]
     return _Plan(files, fresh, tuple(gone), tuple(stale), tuple(edited), tuple(kept))
@@ -183,7 +303,7 @@ def _update(package: Package, target: Path, folder: Path, force: bool) -> Writte
 
 def _demand_target(package: Package, target: Path, folder: Path) -> None:
     """Raise UsageError if the package in the folder is for another version of ROS."""
-    present = checksums.recorded_target(folder)
+    present = recorded_target(folder)
     if present and package.target and present != package.target:
         raise errors.UsageError(
             f"{target} holds a package for {present}, and this one is for {package.target}: choose"
@@ -200,7 +320,7 @@ def _is_edited(folder: Path, path: str, record: Mapping[str, str]) -> bool:
         and path in record
         and place.is_file()
         and not place.is_symlink()
-        and not checksums.is_as_recorded(folder, path, record)
+        and not is_as_recorded(folder, path, record)
     )
 
 
@@ -269,9 +389,9 @@ def _is_plain_folder(path: Path) -> bool:
 
 
 def _objection(folder: Path, name: str, record: Mapping[str, str]) -> str:
-    if checksums.is_as_recorded(folder, name, record):
+    if is_as_recorded(folder, name, record):
         return ""
-    if name == checksums.RECORD and checksums.read_record(folder) is not None:
+    if name == RECORD and read_record(folder) is not None:
         return ""
     return "changed since it was generated" if name in record else "not written by robosc"
 
@@ -288,7 +408,7 @@ def _apply(change: _Change) -> None:
             new.rename(folder)
             return
         if _take_place(new, change):
-            atomic_replacement.rescue(new, folder, change.gone)
+            rescue(new, folder, change.gone)
             return
     _one_by_one(change)
 
@@ -298,9 +418,9 @@ def _take_place(new: Path, change: _Change) -> bool:
     folder = change.folder
     try:
         if folder.is_dir():
-            atomic_replacement.link_tree(folder, new, change.gone)
+            link_tree(folder, new, change.gone)
             _remove_empty(new, change)
-        atomic_replacement.exchange(new, folder)
+        exchange(new, folder)
     except OSError:
         return False  # a mount point, files of somebody else: the other way reports what is wrong
     return True

@@ -16,7 +16,7 @@ from robosc.model.checks.used_fields import Path, Usage
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Binding
-from robosc.model.ros import fit, object_types, sent
+from robosc.model.ros import object_types, sent
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.interfaces import KINDS, Definition, FieldType, Interface, Missing
 from robosc.model.ros.missing import MissingDefinitions
@@ -190,7 +190,7 @@ class Binder:
                 f"use a datatype object with: {names}" if fields else "use the type none",
             )
             return None
-        problem = fit.misfit(carried, fields[0].type, part.sending)
+        problem = sent.misfit(carried, fields[0].type, part.sending)
         if problem is not None:
             code, message = problem
             self._report.add(
@@ -221,7 +221,7 @@ class Binder:
                 if not self._type_declarations.is_misread(object_, name):
                     unknown.append(_Unknown(object_, (name,), node.name, definition))
                 continue
-            problem = fit.misfit(type_, field.type, sending)
+            problem = sent.misfit(type_, field.type, sending)
             if problem is not None:
                 code, message = problem
                 self._report.add(

@@ -17,6 +17,9 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import Any, Callable, Iterator, Mapping, NamedTuple
 
+from .port import Port
+from .settings import Settings
+
 Report = Callable[[str, int, str, Any], None]
 """Takes the key and the token of a request, what became of it, and what came with that."""
 
@@ -158,21 +161,10 @@ class _Call:
 class Calls:
     """The requests in progress, at most one for each communication. Times are steady seconds."""
 
-    def __init__(
-        self,
-        timeout: Callable[[str], float],
-        goal_timeout: Callable[[str], float | None],
-        lost_after: float,
-        silence: Callable[[str], float | None],
-        absent: Callable[[str], str | None],
-        lost: Callable[[str], bool],
-    ) -> None:
-        self._timeout = timeout
-        self._goal_timeout = goal_timeout
-        self._lost_after = lost_after
-        self._silence = silence
-        self._absent = absent
-        self._lost = lost
+    def __init__(self, settings: Settings, port: Port) -> None:
+        self._settings = settings
+        self._lost_after = settings.server_lost_after
+        self._port = port
         self._calls: dict[str, _Call] = {}
         self._last_token = 0
         self.open: dict[str, OpenRequest] = {}
@@ -187,7 +179,7 @@ class Calls:
         replaced = set() if old is None else old.replaced
         if old is not None and old.end is None and old.open is None:
             replaced = {*replaced, old.token}
-        deadline = now + self._timeout(key)
+        deadline = now + self._settings.timeout_of(key)
         self._calls[key] = _Call(self._last_token, deadline, is_goal, replaced)
         self._plan()
         return self._last_token
@@ -208,7 +200,7 @@ class Calls:
 
     def prolong(self, key: str, now: float) -> None:
         """Grant the request its timeout once more."""
-        self._calls[key].deadline = now + self._timeout(key)
+        self._calls[key].deadline = now + self._settings.timeout_of(key)
         self._plan()
 
     def end(self, key: str) -> list[int]:
@@ -258,7 +250,7 @@ class Calls:
         if call is None or call.token != token or call.accepted:
             return
         call.accepted = True
-        limit = None if call.withdrawn else self._goal_timeout(key)
+        limit = None if call.withdrawn else self._settings.goal_timeout_of(key)
         call.deadline = None if limit is None else now + limit
         if not call.withdrawn:
             call.watch = now + self._lost_after
@@ -315,7 +307,7 @@ class Calls:
             if call.missed:
                 return call.missed._replace(since=call.deadline, awaited=False)
             if call.open is not None:
-                absent = self._absent(key) or NOT_TAKEN
+                absent = self._port.absent(key) or NOT_TAKEN
                 return Missed(call.deadline, key, absent, word=ABSENT)
             if call.accepted:
                 return Missed(call.deadline, key, "deadline exceeded", awaited=True)
@@ -323,11 +315,11 @@ class Calls:
         if call.watch is None or call.watch > now:
             return None
         if call.withdrawn:
-            if self._lost(key):
+            if self._port.lost(key):
                 return Missed(call.watch, key, "server lost: it is not there any more", word=LOST)
             call.watch = now + _LOOK
             return None
-        silence = self._silence(key)
+        silence = self._port.silence(key)
         if silence is not None and silence >= self._lost_after:
             return Missed(call.watch, key, "server lost: silent for %.1f s" % silence, word=LOST)
         call.watch = now + max(0.05, self._lost_after - (silence or 0.0))

@@ -23,12 +23,13 @@ from collections import deque
 from heapq import heappop, heappush
 from itertools import count
 from types import MethodType
-from typing import Callable, Iterable, Iterator, Mapping, Optional, Sequence, Tuple, Union
+from typing import Callable, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .calls import RETRY, Calls, Missed
 from .model import After, Controller
 from .places import stands_in
 from .port import BEFORE_TIME
+from .settings import Settings
 
 _SHORTEST = 1e-6
 """Seconds; the shortest delay that a double of the time since 1970 resolves."""
@@ -75,15 +76,12 @@ Clock = Union[Timer, Watch]
 
 
 class Clocks:
-    """All clocks of a controller. ``seconds`` returns the value of a delay, which may be the name
-    of a parameter; ``timeout_of`` returns the timeout of a message in seconds; ``now`` is the
-    port's clock, ``steady`` that of the machine."""
+    """All clocks of a controller. ``now`` is the port's clock, ``steady`` that of the machine."""
 
     def __init__(
         self,
         controller: Controller,
-        timeout_of: Callable[[str], float],
-        seconds: Callable[[float | str], float],
+        settings: Settings,
         now: Callable[[], float],
         steady: Callable[[], float],
     ) -> None:
@@ -94,9 +92,10 @@ class Clocks:
         """Whether the port's clock has started."""
         keys = [entry.key for entry in controller.INPUTS if entry.kind == "timeout"]
         ranks = count()
-        self._watches = {key: Watch(key, timeout_of(key), next(ranks)) for key in keys}
+        self._watches = {key: Watch(key, settings.timeout_of(key), next(ranks)) for key in keys}
         self._timers = [
-            Timer(controller, row, seconds(row.delay), next(ranks)) for row in controller.AFTERS
+            Timer(controller, row, settings.seconds(row.delay), next(ranks))
+            for row in controller.AFTERS
         ]
         self.delays = sorted(clock.delay for clock in self._all())
         """The delays of all clocks, the shortest first."""
@@ -190,7 +189,7 @@ class Clocks:
     def is_watched(self, key: str) -> bool:
         return key in self._watches
 
-    def heard(self, keys: Iterable[str], arrival: float | None) -> None:
+    def heard(self, keys: Sequence[str], arrival: float | None) -> None:
         """Restart the timeouts of messages that arrived at this time of the port, or end them
         (None: too long ago); messages without a timeout are ignored."""
         time = now = self.time()
@@ -339,32 +338,25 @@ def shortest(*times: float | None) -> float | None:
     return max(0.0, min(_LONGEST_WAIT, *known)) if known else None
 
 
-class Deadlines:
+class Deadlines(NamedTuple):
     """All deadlines of an engine. ``steady`` is the clock of the calls; ``awaits`` tells whether
     messages of a communication wait to be handled."""
 
-    def __init__(
-        self,
-        clocks: Clocks,
-        calls: Calls,
-        steady: Callable[[], float],
-        awaits: Callable[[str], bool],
-    ) -> None:
-        self._clocks = clocks
-        self._calls = calls
-        self._steady = steady
-        self._awaits = awaits
+    clocks: Clocks
+    calls: Calls
+    steady: Callable[[], float]
+    awaits: Callable[[str], bool]
 
     def time_to_next(self) -> float | None:
         """Return the seconds until something is ready, or None."""
-        earliest = self._calls.earliest
-        call = None if earliest is None else earliest - self._steady()
-        return shortest(self._clocks.time_to_next(), call, RETRY if self._calls.open else None)
+        earliest = self.calls.earliest
+        call = None if earliest is None else earliest - self.steady()
+        return shortest(self.clocks.time_to_next(), call, RETRY if self.calls.open else None)
 
     def any_ready(self) -> bool:
         """Whether something may be ready."""
-        earliest = self._calls.earliest
-        return self._clocks.any_due() or (earliest is not None and earliest <= self._steady())
+        earliest = self.calls.earliest
+        return self.clocks.any_due() or (earliest is not None and earliest <= self.steady())
 
     def ready(self) -> Iterator[Timer | Watch | Missed]:
         """Yield what is ready, to be applied before the next; that may make more ready.
@@ -373,15 +365,15 @@ class Deadlines:
         while a message waits, which may prevent it.
         """
         # What becomes due meanwhile is left to the next call, so that inputs are not kept waiting.
-        time, steady = self._clocks.time(), self._steady()
+        time, steady = self.clocks.time(), self.steady()
         held: list[Watch] = []
         while True:
-            due = self._clocks.first_due(time)
-            missed = min(self._calls.expired(steady), default=None)
+            due = self.clocks.first_due(time)
+            missed = min(self.calls.expired(steady), default=None)
             if due is not None and (missed is None or time - due[0] >= steady - missed.since):
                 clock = due[1]
-                self._clocks.hold(clock)
-                if isinstance(clock, Watch) and self._awaits(clock.key):
+                self.clocks.hold(clock)
+                if isinstance(clock, Watch) and self.awaits(clock.key):
                     held.append(clock)
                 else:
                     yield clock
@@ -390,7 +382,7 @@ class Deadlines:
             else:
                 break
         for watch in held:
-            self._clocks.plan(watch)
+            self.clocks.plan(watch)
 
 
 _MEMORY = 10.0

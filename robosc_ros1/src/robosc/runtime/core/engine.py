@@ -20,13 +20,12 @@ import traceback
 from collections import deque
 from typing import TYPE_CHECKING, Any, Callable, Generic, NamedTuple, Protocol, TypeVar
 
-from .calls import REFUSED, Failure, Missed
+from .calls import REFUSED, Failure
 from .clocks import Deadlines, TimeMonitor, Timer, Watch, shortest
 from .engine_parts import BoundInput, EngineParts, Inputs, Item
 from .inbox import Inbox
 from .intake import Intake
 from .model import Controller
-from .operating import HELD, INACTIVE, EngineOperator
 from .pauses import Pauses
 from .places import path_of
 from .port import Port, WaitingCall, steady_time
@@ -70,25 +69,6 @@ class NodeRole(Protocol):
 
     def snapshot(self) -> dict[str, Any]:
         """Return what there is to tell of it, beside the state, for use in another thread."""
-
-
-class Forwarder(Protocol):
-    """Passes calls of the robot on, and what becomes of them back."""
-
-    keys: frozenset[str]
-    """Those of the communications whose calls are passed on."""
-
-    def report(self, key: str, token: int, kind: str, payload: Any = None) -> None:
-        """Queue what was reported of a call, in any thread; see :meth:`.engine.Engine.report`."""
-
-    def serve(self, key: str, message: Any, call: WaitingCall) -> bool:
-        """Take a call; False if it is refused."""
-
-    def recall(self, key: str, call: WaitingCall) -> bool:
-        """Take notice that the robot cancels a goal; False if that says nothing."""
-
-    def miss(self, missed: Missed) -> None:
-        """Take notice of a missed deadline."""
 
 
 class Unfit(NamedTuple):
@@ -215,10 +195,14 @@ def snapshot_of(
 
 
 if TYPE_CHECKING:  # a package has them if its model does
+    from ..served.relayed_calls import RelayedCalls
     from ..served.served_calls import ServedCalls
     from .ages import Ages
     from .persistence import Keeper
 
+INACTIVE = "not active"
+HELD = "held by the operator"
+"""The reasons (``stopped``) of a suspended engine, and of one that is held."""
 _BATCH = 100
 """The most items that are handled before commands and deadlines."""
 _CLOSING = 0.3
@@ -266,7 +250,7 @@ class Engine(Generic[R]):
         self.requests = Requests(parts, self.observe)
         self.pauses = Pauses(parts)
         self.time_monitor = TimeMonitor(parts.clocks, steady)
-        self.forwarder: Forwarder | None = None
+        self.forwarder: RelayedCalls | None = None
         """What passes on the calls of the robot; None: the controller answers them."""
         self.served: ServedCalls | None = None
         """The calls of the robot that wait; None: the node takes none."""
@@ -321,7 +305,7 @@ class Engine(Generic[R]):
         """
         self._owner(key).report(key, token, kind, payload)
 
-    def _owner(self, key: str) -> Requests | Forwarder:
+    def _owner(self, key: str) -> Requests | RelayedCalls:
         """Return what the requests of a communication belong to."""
         forwarder = self.forwarder
         return self.requests if forwarder is None or key not in forwarder.keys else forwarder
@@ -334,7 +318,7 @@ class Engine(Generic[R]):
         """Pass on that the robot cancels a goal."""
         self._turns.put(lambda: self._serving().recall(key, call))
 
-    def _serving(self) -> ServedCalls | Forwarder:
+    def _serving(self) -> ServedCalls | RelayedCalls:
         found = self.forwarder or self.served
         assert found is not None
         return found
@@ -574,19 +558,16 @@ class Engine(Generic[R]):
         self.recorder.record("stop", "", None, "stopped", reason)
         self._log("error", "stop", "safe stop: " + reason)
         if is_active:
-            self.stand_still()
+            self.role.stand_still()
         if self.settings.exit_on_stop:
             self._port.exit(1)
-
-    def stand_still(self) -> None:
-        self.role.stand_still()
 
     def _close(self) -> None:
         if not self.closing:
             self.closing = True
             self._end = self.parts.steady() + _CLOSING
             if self.stopped in (None, HELD):  # what was let through one by one goes on
-                self.stand_still()
+                self.role.stand_still()
 
     def begin_again(self) -> None:
         """Send commands again after :meth:`stand_still`, beginning with those that are allowed."""
@@ -594,9 +575,6 @@ class Engine(Generic[R]):
         self.parts.scheduler.begin(self._now())
         self.role.begin()
         self.changed.set()
-
-    def let_through(self) -> str | None:
-        return self.role.let_through()
 
     # For reporters, through invoke
 
@@ -607,3 +585,91 @@ class Engine(Generic[R]):
             self._log("warning", "time", fault)
         faults = self.time_monitor.faults + self._port.faults() + self._events.faults()
         return {**snapshot_of(self.parts, self.stopped, self.intake.dropped, faults), **more}
+
+
+class EngineOperator:
+    """Suspends and resumes an engine: for a lifecycle manager, or for an operator.
+
+    An operator holds all commands, releases them, or lets one through. Holding makes a safe stop
+    that releasing ends: running goals are cancelled, and the stop command is sent. Inputs are still
+    applied. What the operator lets through is a command that is allowed, decided on and checked as
+    always. Public methods may be called from any thread.
+    """
+
+    def __init__(self, parts: EngineParts, engine: Engine[Any]) -> None:
+        self._parts = parts
+        self._engine = engine
+        self._holds = 0  # of operators, who do not know of each other
+
+    def suspend(self) -> None:
+        """Request a safe stop that :meth:`resume` ends; inputs are still applied."""
+        self._parts.turns.put(self._suspend)
+
+    def resume(self) -> bool:
+        """Resume after :meth:`suspend`; False after a safe stop for any other reason, which is
+        final."""
+        if self._engine.stopped not in (None, INACTIVE):
+            return False
+        self._parts.turns.put(self._resume)
+        return True
+
+    def operate(self, order: str) -> None:
+        """Take an order of the operator: "hold", "release" or "step"."""
+        self._parts.turns.put(lambda: self._operate(order))
+
+    # The thread that has the turn
+
+    def _suspend(self) -> None:
+        if self._engine.stopped in (None, HELD):
+            self._engine.stopped = INACTIVE
+            self._engine.role.stand_still()
+            self._engine.changed.set()
+
+    def _resume(self) -> None:
+        if self._engine.stopped == INACTIVE and self._holds:
+            self._engine.stopped = HELD
+            self._engine.changed.set()
+        elif self._engine.stopped == INACTIVE:
+            self._engine.begin_again()
+
+    def _operate(self, order: str) -> None:
+        orders = {"hold": self._hold, "release": self._release, "step": self._step}
+        if order not in orders:
+            text = "the operator can hold, release and step, not %r" % order[:40]
+            self._parts.log("warning", "operator", text)
+            return
+        if not self._engine.sends:
+            refusal: str | None = "this node sends nothing"
+        else:
+            refusal = "the node ends" if self._engine.closing else orders[order]()
+        outcome = "refused" if refusal else "operated"
+        self._parts.recorder.record("operator", "", order, outcome, refusal or None)
+        self._parts.log("info", "operator " + order, "%s: %s" % (order, refusal or "done"))
+
+    def _hold(self) -> str | None:
+        stopped = self._engine.stopped
+        if stopped not in (None, HELD, INACTIVE):
+            return "it stands still: " + stopped
+        self._holds += 1
+        if self._holds > 1:
+            text = "it is held %d times, and takes as many releases" % self._holds
+            self._parts.log("warning", "operator", text)
+        if stopped == INACTIVE:  # held once it is active; until then others may command the robot
+            return None
+        self._engine.stopped = HELD
+        self._engine.role.stand_still()  # also what was let through one by one
+        return None
+
+    def _release(self) -> str | None:
+        if not self._holds or self._engine.stopped not in (HELD, INACTIVE):
+            return "it is not held"
+        self._holds -= 1
+        if self._holds:
+            return "others hold it, too: %d more releases end that" % self._holds
+        if self._engine.stopped == HELD:
+            self._engine.begin_again()
+        return None
+
+    def _step(self) -> str | None:
+        engine = self._engine
+        return engine.role.let_through() if engine.stopped == HELD else "it is not held"

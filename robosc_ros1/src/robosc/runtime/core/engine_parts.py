@@ -98,19 +98,10 @@ class EngineParts:
             from .internal_transitions import InternalTransitions
 
             self.transitions = InternalTransitions(controller)
-        self.scheduler = CommandScheduler(
-            controller, settings.rate_of, settings.order, settings.seed, self.gate.lack
-        )
+        self.scheduler = CommandScheduler(controller, settings, self.gate.lack)
         self.commands = {(c.key, c.kind): c for c in self.scheduler.commands}
-        self.calls = Calls(
-            settings.timeout_of,
-            settings.goal_timeout_of,
-            settings.server_lost_after,
-            port.silence,
-            port.absent,
-            port.lost,
-        )
-        self.clocks = Clocks(controller, settings.timeout_of, settings.seconds, now, steady)
+        self.calls = Calls(settings, port)
+        self.clocks = Clocks(controller, settings, now, steady)
         self.turns = EngineQueue(steady)
         self._throttle = Throttle()
         self.serves = any(sort in SERVED for sort in sorts.values())

@@ -33,6 +33,7 @@ from types import MethodType
 from typing import Any, Callable, Iterable, Optional
 
 from .model import ONCE, SERVED, Command, Communication, Controller
+from .settings import Settings
 from .values import Undefined
 
 Lack = Callable[[str, Optional[Callable[[], Any]]], Optional[str]]
@@ -190,16 +191,11 @@ class CommandScheduler:
     """
 
     def __init__(
-        self,
-        controller: Controller,
-        rate_of: Callable[[str], float],
-        order: str,
-        seed: int | None = None,
-        lack: Lack = lambda key, data: None,
+        self, controller: Controller, settings: Settings, lack: Lack = lambda key, data: None
     ) -> None:
         communications = {c.key: c for c in controller.COMMUNICATIONS}
         self.commands = [
-            ScheduledCommand(controller, c, communications[c.key], index, rate_of(c.key))
+            ScheduledCommand(controller, c, communications[c.key], index, settings.rate_of(c.key))
             for index, c in enumerate(controller.COMMANDS)
         ]
         by_data = set()
@@ -218,8 +214,8 @@ class CommandScheduler:
             for name in command.reads:
                 self._readers.setdefault(name, []).append(command)
         self._affected: dict[frozenset[str], tuple[ScheduledCommand, ...]] = {}
-        self._order = order
-        self._random = random.Random(seed)
+        self._order = settings.order
+        self._random = random.Random(settings.seed)
         self._turns = count(len(self.commands))
         self._round = 1
         self._ready: list[tuple[bool, int, int]] = []

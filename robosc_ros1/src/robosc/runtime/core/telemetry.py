@@ -21,9 +21,8 @@ from collections import deque
 from pathlib import Path
 from typing import IO, Any, Callable, Mapping, NamedTuple, Sequence
 
-from .engine import Engine
+from .engine import HELD, INACTIVE, Engine
 from .model import Command, Controller
-from .operating import HELD, INACTIVE
 from .original_state import OriginalState
 from .places import places, stages
 from .reasons import blocked_by, violated

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any, Callable, Container, Iterable, Protocol, Sequence
+from typing import Any, Callable, Container, Iterable, Sequence
 
 from ..core.calls import Failure
 from ..core.clocks import Timer, shortest
@@ -38,26 +38,8 @@ from .gathering import GATHERING, ArrivalTime, Gathering, Lateness
 from .judge import UNFIT, Judge, Offered, Reasons, itself, told
 from .matching import CommandPattern, matching_command
 from .seen import Allowances, MonitorPort, Pending, Seen, SeenGoals
+from .shadowing import Shadow
 from .sight import Sight, Visibility
-
-
-class Withholding(Protocol):
-    """What a controller would send, see :mod:`.shadowing`."""
-
-    def begin(self) -> None:
-        """Begin in the present state."""
-
-    def after(self, writes: frozenset[str], ended: str | None) -> None:
-        """Take notice of an event, see :class:`.engine.NodeRole`."""
-
-    def sent(self, command: ScheduledCommand) -> None:
-        """Take notice that somebody sent a command."""
-
-    def due(self) -> float | None:
-        """Return the seconds until a command is due; None: none is."""
-
-    def act(self, is_known: Callable[[ScheduledCommand], bool]) -> bool:
-        """Tell of the next command that is due, if its state ``is_known``; False: none is due."""
 
 
 class Monitoring:
@@ -75,8 +57,6 @@ class Monitoring:
         port: MonitorPort,
         clock: ArrivalTime,
         lateness: Lateness,
-        gathering: float = GATHERING,
-        withholding: Withholding | None = None,
     ) -> None:
         parts = engine.parts
         self._engine = engine
@@ -87,8 +67,9 @@ class Monitoring:
         self._commands = parts.commands
         self._names = parts.names
         self._stop_command = parts.settings.stop_command
-        self._withholding = withholding
-        self.gathering = gathering
+        self._withholding = Shadow(parts) if parts.settings.shadow else None
+        # A shadow tells at once when it would send, so nothing that arrives is put off.
+        self.gathering = 0.0 if parts.settings.shadow else GATHERING
         self.tolerance = parts.settings.tolerance
         """By how many seconds of the machine messages may cross, where nothing is late."""
         self.lateness = lateness
@@ -113,7 +94,7 @@ class Monitoring:
         engine.pauses.noticed = lateness.note
         engine.safe_stop = self._findings.stopped  # others go on, so this goes on, too
         engine.wait = self._wait
-        if gathering:
+        if self.gathering:
             engine.submit = self._gathering.put
 
     # From any thread
@@ -520,8 +501,8 @@ def monitor_engine(
     steady: Callable[[], float] = steady_time,
     lateness: Lateness | None = None,
 ) -> Engine[Monitoring]:
-    """Return the engine of a monitor, see :class:`.engine.Engine`; ``lateness`` is that of the
-    process."""
+    """Return the engine of a monitor, or of a shadow if the settings say so; see
+    :class:`.engine.Engine`. ``lateness`` is that of the process."""
     clock, late = ArrivalTime(port.now), lateness or Lateness(steady)
     role = partial(Monitoring, port=port, clock=clock, lateness=late)
     return Engine(role, controller, port, settings, steady, clock)

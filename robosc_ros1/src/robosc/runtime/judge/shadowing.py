@@ -10,29 +10,20 @@ sends it.
 
 from __future__ import annotations
 
-from typing import Any, Callable
+from typing import Callable
 
-from ..core.engine import Engine
 from ..core.engine_parts import EngineParts
 from ..core.gate import lack
-from ..core.model import Controller
-from ..core.port import steady_time
 from ..core.scheduler import CommandScheduler, ScheduledCommand
-from ..core.settings import Settings
-from .gathering import ArrivalTime, Lateness
-from .monitoring import Monitoring, monitor_engine
-from .seen import MonitorPort
 
 
 class Shadow:
     """The commands of a controller whose state others change; none of them is sent."""
 
     def __init__(self, parts: EngineParts) -> None:
-        settings = parts.settings
         self._parts = parts
-        self._scheduler = CommandScheduler(
-            parts.controller, settings.rate_of, settings.order, settings.seed, parts.gate.lack
-        )
+        self._scheduler = CommandScheduler(parts.controller, parts.settings, parts.gate.lack)
+        parts.recorder.counters["withheld"] = 0
         self._told: set[int] = set()
         """The commands that change the state and were decided on, by index."""
 
@@ -46,12 +37,15 @@ class Shadow:
         self._told -= {command.index for command in affected if not command.was}
 
     def sent(self, command: ScheduledCommand) -> None:
+        """Take notice that somebody sent a command."""
         self._told.discard(command.index)
 
     def due(self) -> float | None:
+        """Return the seconds until a command is due; None: none is."""
         return self._scheduler.time_to_next(self._parts.now())
 
     def act(self, is_known: Callable[[ScheduledCommand], bool]) -> bool:
+        """Tell of the next command that is due, if its state ``is_known``; False: none is due."""
         now = self._parts.now()
         command = self._scheduler.next(now)
         if command is None:
@@ -78,29 +72,3 @@ class Shadow:
         recorder, name = self._parts.recorder, self._parts.names[command.key]
         recorder.counters[outcome] += 1
         recorder.record(command.kind, name, data, outcome, fault)
-
-
-def shadow_engine(
-    controller: Controller,
-    port: MonitorPort,
-    settings: Settings | None = None,
-    steady: Callable[[], float] = steady_time,
-) -> Engine[Monitoring]:
-    """Return the engine of a shadow, see :class:`.engine.Engine`. It tells at once when it would
-    send, so nothing that arrives is put off."""
-    clock = ArrivalTime(port.now)
-
-    def role(engine: Engine[Any]) -> Monitoring:
-        withheld, lateness = Shadow(engine.parts), Lateness(steady)
-        made = Monitoring(engine, port, clock, lateness, gathering=0.0, withholding=withheld)
-        engine.recorder.counters["withheld"] = 0
-        return made
-
-    return Engine(role, controller, port, settings, steady, clock)
-
-
-def listening_engine(
-    controller: Controller, port: MonitorPort, settings: Settings
-) -> Engine[Monitoring]:
-    """Return the engine of a monitor, or of a shadow if the settings say so."""
-    return (shadow_engine if settings.shadow else monitor_engine)(controller, port, settings)

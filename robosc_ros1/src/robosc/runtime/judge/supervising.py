@@ -21,11 +21,10 @@ from typing import TYPE_CHECKING, Any, Callable, Sequence
 
 from ..core.calls import REFUSED, OwnEffects, Withheld
 from ..core.clocks import Timer
-from ..core.engine import Engine
+from ..core.engine import HELD, Engine
 from ..core.engine_parts import BoundInput, Inputs
 from ..core.inbox import Inbox
 from ..core.model import Command, Controller
-from ..core.operating import HELD
 from ..core.port import steady_time
 from ..core.reasons import reason_text, violated
 from ..core.scheduler import ScheduledCommand
@@ -182,6 +181,7 @@ class Supervising:
     def check(
         self, key: str, kind: str, message: Any, payload: Any, repack: Repack
     ) -> tuple[CheckedCommand, Reasons]:
+        """Return a message as it is to be passed on, and why no state allows that."""
         row, sent, raw = self._commands[key, kind].row, message, payload
         if row.read is None:
             return CheckedCommand(payload), self._judge.unfit(message)
@@ -203,6 +203,7 @@ class Supervising:
         return CheckedCommand(payload, (), corrected), [{"kind": "data", "text": problem}]
 
     def reasons(self, key: str, kind: str, data: tuple[Any, ...] = ()) -> Reasons:
+        """Return why a command is not allowed now; empty if it is."""
         if kind == "cancel":  # what goes on may end, however the node stands
             return self._judge.reasons(key, kind, data)
         if self._engine.closing:
@@ -217,6 +218,7 @@ class Supervising:
         return self._judge.reasons(key, kind, data)
 
     def passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
+        """Apply a command and pass it on if it is allowed; False if not."""
         self._engine.pauses.notice()  # the process may have been stopped since the cycle began
         data = checked.data
         reasons = self.reasons(key, kind, data)

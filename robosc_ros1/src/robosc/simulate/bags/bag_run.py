@@ -333,7 +333,9 @@ class BagRun:
         self.bag = bag
         self._described = described
         # Who only judges shows no values: short forms of scans would take longer than all else.
-        settings = settings if described else settings._replace(whole_values=True)
+        settings = settings._replace(
+            whole_values=settings.whole_values or not described, shadow=False
+        )
         self.settings = settings
         self.tracks: dict[str, Track] = {}
         self._port = _BagPort(bag)
