@@ -83,7 +83,6 @@ setup(
         "argcomplete>=1.8.1",
         "catkin_pkg>=0.5",
         "jinja2>=3.0.3",
-        "networkx>=2.4",
         "oxidd>=0.13",
         "pyparsing>=2.4.7",
         "pyyaml>=5",

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterable, Iterator
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
 
 from robosc import errors, supervisor
 from robosc.plant import automaton, model_text
@@ -66,6 +64,8 @@ def _with_hint(diagnostic: errors.Diagnostic) -> str:
 
 def sarif(diagnostics: Iterable[errors.Diagnostic], version: str) -> Document:
     """``check --format sarif``: a log of SARIF 2.1.0, which code scanners read."""
+    from urllib.parse import quote
+
     ordered = errors.sort_diagnostics(diagnostics)
     rules = [{"id": code} for code in sorted({d.code for d in ordered})]
     results = [
@@ -209,6 +209,8 @@ def _path_for_catkin() -> str:
 
     The option of CMake for it would not do: tests ask PATH.
     """
+    import shutil
+
     first = shutil.which("python3")
     if first is None or first in ("/usr/bin/python3", "/bin/python3"):
         return ""

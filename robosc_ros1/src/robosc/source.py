@@ -12,7 +12,6 @@ from bisect import bisect_left, bisect_right
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
 from typing import BinaryIO
 
@@ -39,6 +38,8 @@ class Source:
     @cached_property
     def sha256(self) -> str:
         """That of the text, as hexadecimal digits."""
+        from hashlib import sha256  # loads OpenSSL
+
         return sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
 
     def position(self, offset: int) -> tuple[int, int]:

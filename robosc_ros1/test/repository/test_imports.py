@@ -28,7 +28,6 @@ THIRD_PARTY = {
     "pyparsing": ("syntax",),
     "dd": ("synthesis",),
     "oxidd": ("synthesis",),
-    "networkx": ("synthesis", "report"),
     "jinja2": ("emit.package.rendering",),
     "yaml": ("emit.package.config", "simulate.bags.bag_files"),
     "lsprotocol": ("lsp.open_texts", "lsp.server", "lsp.protocol"),
@@ -239,7 +238,6 @@ def test_the_rules_tell_right_from_wrong(importer: str, imported: str, verdict: 
 
 
 def test_a_small_check_loads_no_library_that_it_can_do_without() -> None:
-    """Loading networkx would take longer than everything else that such a check does."""
     model = EXAMPLES / "line_follower" / "line_follower.rscd"
     loaded = libraries_after(f"from robosc.cli import main; main(['check', {str(model)!r}])")
     assert loaded <= {"pyparsing", "rospkg", "catkin_pkg"}

@@ -24,6 +24,7 @@ from robosc.syntax.formatting.format import format_text
 from robosc.synthesis import compute, synthesize
 from robosc.synthesis.decomposition import independent_parts
 from robosc.synthesis.explain.run_to_completion import ExplicitController
+from robosc.synthesis.explicit.search import GuardedSteps
 from robosc.synthesis.verify.symbolic import search_by_sets
 from robosc.synthesis.verify.verification import verify
 
@@ -306,7 +307,7 @@ def test_both_searches_of_the_controller_agree() -> None:
         found = synthesize(lower(robot), "bdd")
         if robot.goals and not found.empty:
             told = dict(found.properties)["always possible"]
-            runs = ExplicitController(found.plant, found.guards).runs()
+            runs = ExplicitController(found.plant, GuardedSteps(found.plant, found.guards)).runs()
             assert told == (runs.missed is None and runs.livelock is None), seed
             compared += 1
     assert compared > 10

@@ -14,10 +14,12 @@ pytest.importorskip("oxidd", reason="the symbolic engine needs the Python packag
 @pytest.mark.parametrize(
     ("family", "size", "engine"),
     [
-        ("chain", (14,), "explicit"),  # 2^14 states
+        ("chain", (9,), "explicit"),  # 2^9 states
+        ("chain", (16,), "bdd"),  # 2^16 states, a small diagram
+        ("broad", (300,), "bdd"),  # 300 variables
         ("unrelated", (3,), "explicit"),
-        ("allocation", (7,), "explicit"),  # 3,318 of 2^14 states, all commands restricted
-        ("crew", (8,), "explicit"),
+        ("allocation", (7,), "bdd"),  # 3,318 of 2^14 states, all commands restricted
+        ("crew", (7,), "explicit"),
         ("crew", (10,), "bdd"),
         ("not_all_busy", (17,), "bdd"),
         ("gauges", (300,), "bdd"),

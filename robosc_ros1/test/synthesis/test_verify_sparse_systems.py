@@ -49,7 +49,9 @@ def test_zones_are_searched_as_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few states in a plant of millions; given on to the symbolic engine where they are many."""
     states, steps = zones_by_hand(5, 9)
     for most in (2**13, states - 1):
-        monkeypatch.setattr(compute, "_FEW_GUARDED", most)
+        monkeypatch.setattr(compute, "_FEW_NODES", 0)
+        for name in ("_FEW_GUARDED", "_MOST_GUARDED"):
+            monkeypatch.setattr(compute, name, most)
         supervisor = compute.synthesize(plant_of(zones(5, 9)))
         assert supervisor.engine == ("explicit" if most > states else "bdd")
         assert supervisor.controlled_states == states

@@ -97,6 +97,11 @@ _CLASSES = {
 
 
 def pattern(text: str) -> re.Pattern[str]:
+    """Return a regular expression on kinds, compiled from the form that :func:`on_kinds` reads."""
+    return re.compile(on_kinds(text))
+
+
+def on_kinds(text: str) -> str:
     """Return a regular expression on kinds from a readable form.
 
     In ``NAME ':' (?! integer )`` words are keywords, symbols are quoted, and capitals are classes
@@ -110,7 +115,7 @@ def pattern(text: str) -> re.Pattern[str]:
             return f"[{''.join(kinds_of(word))}]"
         return _CLASSES[match["class"]] if match["class"] else match["meta"]
 
-    return re.compile(_PART.sub(kinds, text).replace(" ", ""))
+    return _PART.sub(kinds, text).replace(" ", "")
 
 
 def kind_of(symbol: str) -> str:
@@ -271,7 +276,7 @@ def _is_faulty(what: str, text: str) -> bool:
 _EVENT = " | ".join(words_of(Role.EVENT))
 
 LOOKS = {
-    word: pattern(f"{word} {rest}")
+    word: on_kinds(f"{word} {rest}")
     for word, rest in {
         "component": "(?= NAME (?: '{' | '[' | from ) )",
         "requirement": "(?! and | or | needs | disables )"
@@ -306,7 +311,7 @@ LOOKS = {
 
 _NO_NAME = " | ".join((*LOOKS, *words_of(Role.CLAUSE), *words_of(Role.OPERATOR)))
 _CLAUSE = pattern(f"(?: do | goto | needs | disables | not ) (?! {_NO_NAME} ) (?= NAME )")
-_DECLARATION = re.compile("|".join(looks.pattern for looks in LOOKS.values()))
+_DECLARATION = re.compile("|".join(LOOKS.values()))
 
 
 def _marked(text: str, kinds: str, starts: list[int], ends: list[int]) -> str:

@@ -6,22 +6,44 @@ differ in layout and comments only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from dataclasses import dataclass, field, fields
+from functools import cache
+from typing import Any, Literal, TypeAlias
 
 from robosc.language.events import Folder
 from robosc.names import Copy
 from robosc.source import Span
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class _Node:
     """What all nodes have: the range of the text that they stand for."""
 
     span: Span = field(compare=False, repr=False, kw_only=True)
 
+    # One each: those that dataclass would make for every node take a tenth of a short command.
 
-@dataclass(frozen=True, slots=True)
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and _compared(self) == _compared(other)
+
+    def __hash__(self) -> int:
+        return hash((type(self), *_compared(self)))
+
+    def __repr__(self) -> str:
+        shown = (f"{f.name}={getattr(self, f.name)!r}" for f in fields(self) if f.repr)
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+
+def _compared(node: Any) -> tuple[object, ...]:
+    return tuple(getattr(node, name) for name in _names_compared(node.__class__))
+
+
+@cache
+def _names_compared(kind: Any) -> tuple[str, ...]:
+    return tuple(f.name for f in fields(kind) if f.compare)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Name(_Node):
     """An identifier, without the escape ``^``."""
 
@@ -36,7 +58,7 @@ class Name(_Node):
 # --- expressions ---------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class LiteralNode(_Node):
     """``true``, ``42``, ``4.25`` or ``"text"``; a bool, int, float or str accordingly."""
 
@@ -54,7 +76,7 @@ class LiteralNode(_Node):
         return hash((type(self.value), self.value))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Access(_Node):
     """``a.b[0].c``: a name (``value`` included), then members as Name and indexes as int.
 
@@ -67,7 +89,7 @@ class Access(_Node):
     index: ExprNode | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class UnaryNode(_Node):
     """``!operand`` or ``-operand``."""
 
@@ -75,7 +97,7 @@ class UnaryNode(_Node):
     operand: ExprNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class BinaryNode(_Node):
     """``left operator right``, an operator of :data:`robosc.language.operators.BINARY`."""
 
@@ -85,7 +107,7 @@ class BinaryNode(_Node):
     operator_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DurationNode(_Node):
     """``0.5 s``: a number with a unit of time."""
 
@@ -93,7 +115,7 @@ class DurationNode(_Node):
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class CallNode(_Node):
     """``abs(x)``, ``Way(value.x)`` or ``Library.Way(value.x)``."""
 
@@ -101,7 +123,7 @@ class CallNode(_Node):
     arguments: tuple[ExprNode, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AggregateNode(_Node):
     """``any(element for variable in array if condition)``, and ``function`` for ``any``.
 
@@ -118,7 +140,7 @@ class AggregateNode(_Node):
     position: Name | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class InNode(_Node):
     """``operand in { a, b }``."""
 
@@ -126,7 +148,7 @@ class InNode(_Node):
     values: tuple[ExprNode, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ElementNode(_Node):
     """``array[index]`` with a computed index."""
 
@@ -134,7 +156,7 @@ class ElementNode(_Node):
     index: ExprNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SliceNode(_Node):
     """``array[first..last]``, both ends included."""
 
@@ -143,7 +165,7 @@ class SliceNode(_Node):
     last: ExprNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MemberNode(_Node):
     """A part of a computed object: ``a[i].x`` is the part ``x`` of the element ``a[i]``."""
 
@@ -151,7 +173,7 @@ class MemberNode(_Node):
     path: tuple[Name | int, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ArrayNode(_Node):
     """``[a, b]``; in provided data the elements may be objects."""
 
@@ -177,7 +199,7 @@ ExprNode: TypeAlias = (
 # --- types ---------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class BasicTypeNode(_Node):
     """``string``, ``boolean``, ``double``, ``none`` or ``integer``; bounds only for the last, and
     for the ``double`` of a parameter."""
@@ -186,14 +208,14 @@ class BasicTypeNode(_Node):
     bounds: tuple[int, int] | tuple[float, float] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ArrayTypeNode(_Node):
     """``array(element)``."""
 
     element: TypeNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class NamedTypeNode(_Node):
     """A type by name, perhaps of a library: ``Way``, ``Library.Way``, also ``duration``."""
 
@@ -201,7 +223,7 @@ class NamedTypeNode(_Node):
     library: Name | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RosTypeNode(_Node):
     """``package/Type`` or ``package/msg/Type``: a type that a ROS package defines.
 
@@ -223,7 +245,7 @@ TypeNode: TypeAlias = BasicTypeNode | ArrayTypeNode | NamedTypeNode | RosTypeNod
 # --- data types and interfaces -------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PropertyNode(_Node):
     """``name: type`` in an object."""
 
@@ -231,7 +253,7 @@ class PropertyNode(_Node):
     type: TypeNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ObjectNode(_Node):
     """``datatype object name { … }``."""
 
@@ -239,7 +261,7 @@ class ObjectNode(_Node):
     properties: tuple[PropertyNode, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class EnumRuleNode(_Node):
     """``condition -> value``; the ``default`` rule has no condition."""
 
@@ -247,7 +269,7 @@ class EnumRuleNode(_Node):
     value: Name
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class EnumNode(_Node):
     """``datatype enum name from source to { … }``."""
 
@@ -256,7 +278,7 @@ class EnumNode(_Node):
     rules: tuple[EnumRuleNode, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class InterfaceNode(_Node):
     """``interface name use type from package``."""
 
@@ -265,7 +287,7 @@ class InterfaceNode(_Node):
     package: Name
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RateNode(_Node):
     """``20 Hz``: how often a command is sent."""
 
@@ -275,14 +297,14 @@ class RateNode(_Node):
 # --- communications ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StringNode(_Node):
     """The string of an ``identifier:`` or ``prefix:``, or a title, escapes replaced."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MessageNode(_Node):
     """``incoming message name with …`` or ``outgoing message name with …``."""
 
@@ -297,7 +319,7 @@ class MessageNode(_Node):
     stop: Name | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class TransformNode(MessageNode):
     """``outgoing transform name with from: source, to: target``; its type is that of transforms."""
 
@@ -305,7 +327,7 @@ class TransformNode(MessageNode):
     target: StringNode | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ServiceNode(_Node):
     """``service name with …``; written with ``type:``, the two types are its parts 0 and 1."""
 
@@ -319,12 +341,12 @@ class ServiceNode(_Node):
     rate: RateNode | Name | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ServedServiceNode(ServiceNode):
     """``outgoing service name with …``: the component calls it, the controller serves it."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ActionNode(_Node):
     """``action name with …``; written with ``type:``, the three types are its parts."""
 
@@ -341,7 +363,7 @@ class ActionNode(_Node):
     goals: Name | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ServedActionNode(ActionNode):
     """``outgoing action name with …``: the component calls it, the controller serves it."""
 
@@ -352,7 +374,7 @@ CommunicationNode: TypeAlias = MessageNode | ServiceNode | ActionNode
 # --- names for values ---------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ConstantNode(_Node):
     """``constant name: type = value``."""
 
@@ -361,7 +383,7 @@ class ConstantNode(_Node):
     value: DataNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ParameterNode(_Node):
     """``parameter name: type = value``; without a value, it must be given when the node starts."""
 
@@ -370,7 +392,7 @@ class ParameterNode(_Node):
     value: DataNode | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ConditionNode(_Node):
     """``condition name = value``, or ``condition name = value for duration``."""
 
@@ -379,7 +401,7 @@ class ConditionNode(_Node):
     duration: ExprNode | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FunctionNode(_Node):
     """``function name(argument: type, …): type = value``; the value may be an object."""
 
@@ -394,7 +416,7 @@ ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
 # --- behaviour -----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class VariableNode(_Node):
     """``variable name: type = initial``, perhaps with ``persistent`` before it."""
 
@@ -404,7 +426,7 @@ class VariableNode(_Node):
     initial: ExprNode | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AssignmentNode(_Node):
     """``target := value``."""
 
@@ -412,12 +434,12 @@ class AssignmentNode(_Node):
     value: ExprNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ElseNode(_Node):
     """``else`` in the place of a guard."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ResultTransitionNode(_Node):
     """``on EVENT, … from|to COMMUNICATION if … do … goto …``; names may be qualified.
 
@@ -431,7 +453,7 @@ class ResultTransitionNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class TauNode(_Node):
     """``transition if … do … goto …``: an internal transition."""
 
@@ -440,7 +462,7 @@ class TauNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AfterNode(_Node):
     """``after DURATION if … do … goto …``."""
 
@@ -450,7 +472,7 @@ class AfterNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PerformsNode(_Node):
     """``performs communication meanwhile with data then do … goto …``.
 
@@ -464,7 +486,7 @@ class PerformsNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class EffectNode(_Node):
     """``do … goto …``."""
 
@@ -472,7 +494,7 @@ class EffectNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RetryNode(_Node):
     """``retry 2 times every 5 s goto … else do … goto …``; ``finally_`` stands behind ``else``."""
 
@@ -482,7 +504,7 @@ class RetryNode(_Node):
     finally_: EffectNode | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StateNode(_Node):
     """``initial marked state name { … }``; one that performs a command needs no braces.
 
@@ -503,14 +525,14 @@ class StateNode(_Node):
         return tuple(item for item in self.items if isinstance(item, StateNode))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class BehaviourNode(_Node):
     """``behaviour { … }``; items in source order, which numbers the internal transitions."""
 
     items: tuple[VariableNode | StateNode | ResultTransitionNode | TauNode, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RangeNode(_Node):
     """``first..last``, both ends included."""
 
@@ -518,7 +540,7 @@ class RangeNode(_Node):
     last: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ComponentNode(_Node):
     """``component name { … }``, or the indexed component ``component name[1..6] { … }``.
 
@@ -542,7 +564,7 @@ class ComponentNode(_Node):
     copy: Copy | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ArgumentNode(_Node):
     """``name: value`` behind the ``with`` of an import."""
 
@@ -550,7 +572,7 @@ class ArgumentNode(_Node):
     value: ExprNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ImportNode(_Node):
     """``component name from library import component with prefix: "…", radius: 0.2``.
 
@@ -569,7 +591,7 @@ class ImportNode(_Node):
 # --- requirements and data -----------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ExceptNode(_Node):
     """``except a``: what is left out of the group before it."""
 
@@ -580,7 +602,7 @@ Group: TypeAlias = tuple[Access | ExceptNode, ...]
 """``a``, ``{ a, b }``, ``all`` or a component, and perhaps, at the end, what is left out."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Repeated:
     """Which copy of a statement this is: the values of the variables of the ``for`` around it (of
     ``index`` in an indexed component).
@@ -595,7 +617,7 @@ class Repeated:
         return ", ".join(f"{name} = {value}" for name, value in self.values)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RequirementNode(_Node):
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
@@ -611,7 +633,7 @@ class RequirementNode(_Node):
     repeated: Repeated | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PossibleNode(_Node):
     """``requirement possible e from f while g``; ``origin`` is f and ``along`` is g.
 
@@ -625,7 +647,7 @@ class PossibleNode(_Node):
     repeated: Repeated | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RequirementsNode(_Node):
     """``requirement "…" { … }``: requirements without the word, which have the title in common."""
 
@@ -633,7 +655,7 @@ class RequirementsNode(_Node):
     statements: tuple[RequirementNode | PossibleNode, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AssumeNode(_Node):
     """``assume c needs e``, ``assume always e`` or ``assume never e`` (no communication).
 
@@ -647,7 +669,7 @@ class AssumeNode(_Node):
     repeated: Repeated | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DataFieldNode(_Node):
     """``name: value`` in provided data."""
 
@@ -655,7 +677,7 @@ class DataFieldNode(_Node):
     value: DataNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DataObjectNode(_Node):
     """``{ name: value, … }`` in provided data."""
 
@@ -665,7 +687,7 @@ class DataObjectNode(_Node):
 DataNode: TypeAlias = DataObjectNode | ExprNode
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class OtherwiseNode(_Node):
     """``else with data if condition`` of a provide statement."""
 
@@ -673,7 +695,7 @@ class OtherwiseNode(_Node):
     condition: ExprNode | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ProvideNode(_Node):
     """``provide communication with data if condition``, and what is sent ``otherwise``."""
 
@@ -683,7 +705,7 @@ class ProvideNode(_Node):
     otherwise: tuple[OtherwiseNode, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PreferNode(_Node):
     """``prefer a over b`` or ``prefer { a, b } over c``."""
 
@@ -692,14 +714,14 @@ class PreferNode(_Node):
     title: StringNode | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StopNode(_Node):
     """``stop with communication``, or ``stop with nothing``."""
 
     communication: Access
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ForNode(_Node):
     """``for variable in 1..6 { … }`` around statements of a robot."""
 
@@ -732,7 +754,7 @@ DeclarationNode: TypeAlias = (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FileNode(_Node):
     """A whole file: one robot or one library, its declarations in source order.
 

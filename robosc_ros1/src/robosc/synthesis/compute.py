@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 from collections.abc import Callable, Collection, Sequence
 from math import prod
 
@@ -27,8 +28,15 @@ _MOST_STEPS = 600_000
 """Steps, about half a second: the same where states have many, if the end is not near."""
 _NEAR_THE_END = 0.1
 """Share of the states found that are not left yet, below which the end is near: zones 12 15."""
-_FEW_GUARDED = 2**13
-"""The same where synthesis restricts commands: minimising guards takes most of the time then."""
+_FEW_STEPS = 50_000
+"""The same before the symbolic engine has had its first turn: conveyor 60."""
+_FEW_VALUES_READ = 10**6
+"""The same as steps times variables, for states of many variables take longer: broad 300."""
+_FEW_NODES = 2**17
+"""Nodes, about a fifth of a second, of the symbolic engine's first turn: zones 8 11."""
+_FEW_GUARDED, _MOST_GUARDED = 2**9, 2**13
+"""States up to which the explicit engine keeps its turn where synthesis restricts commands:
+minimising guards takes most of its time then. cluster_tool 5."""
 _FEW_VALUES = 10_000
 """Combinations of one event's parameter values up to which the explicit engine is tried."""
 _GROWING = 0.5
@@ -149,13 +157,7 @@ def _synthesize(
         return _symbolic(plant, progress, explaining)
     either = engine == "auto" and usable()
     if either and max(map(weight, plant.events), default=0) <= _FEW_VALUES:
-        limit = _limit(plant, min(max_states, _FEW_STATES), progress, doubting=True)
-        try:
-            return synthesize_explicit(plant, limit, progress, explaining, _FEW_GUARDED)
-        except ManyGuarded as fault:
-            return _symbolic(plant, progress, explaining, fault.states)
-        except TooMany:
-            pass
+        return _by_turns(plant, max_states, progress, explaining)
     if either:
         return _symbolic(plant, progress, explaining)
     advice = f"; {remedy()}" if engine == "auto" else ""
@@ -166,15 +168,45 @@ def _synthesize(
         raise StateSpaceError(OUT_OF_MEMORY + advice) from None
 
 
+def _by_turns(
+    plant: Plant, max_states: int, progress: Progress | None, explaining: ExplanationTime
+) -> Solved:
+    """Return the supervisor of a plant by the first engine that is quick, each tried for a short
+    time first: no rule known tells which one it is."""
+    from robosc.synthesis.bdd.symbolic_engine import TooManyNodes
+
+    most = min(max_states, _FEW_STATES)
+    try:
+        steps = min(_FEW_STEPS, _FEW_VALUES_READ // max(1, len(plant.variables)))
+        few = _limit(plant, most, progress, steps=steps)
+        return synthesize_explicit(plant, few, progress, explaining, _FEW_GUARDED)
+    except TooMany:
+        pass
+    try:
+        return _symbolic(plant, progress, explaining, turn=_FEW_NODES)
+    except TooManyNodes:
+        pass
+    found = None
+    try:
+        limit = _limit(plant, most, progress, doubting=True)
+        return synthesize_explicit(plant, limit, progress, explaining, _MOST_GUARDED)
+    except ManyGuarded as fault:
+        found = fault.states
+    except TooMany:
+        pass
+    return _symbolic(plant, progress, explaining, found)
+
+
 def _symbolic(
     plant: Plant,
     progress: Progress | None,
     explaining: ExplanationTime,
     found: Sequence[PlantState] | None = None,
+    turn: int | None = None,
 ) -> Solved:
     from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
-    return synthesize_bdd(plant, progress, explaining=explaining, found=found)
+    return synthesize_bdd(plant, progress, explaining=explaining, found=found, turn=turn)
 
 
 def _limit(
@@ -183,18 +215,20 @@ def _limit(
     progress: Progress | None = None,
     doubting: bool = False,
     advice: str = "",
+    steps: float = math.inf,
 ) -> Limit:
     """Return what ends the explicit engine's search: there are more states than ``most``.
 
-    ``doubting``: or so many are to be expected.
+    ``doubting``: or so many are to be expected; or it takes more than ``steps``.
     """
+    most_steps = steps
 
     def limit(found: int, left: int, steps: int) -> None:
         if progress is not None:
             progress("reachable states", found, most)
         growing = steps > _FIRST_STEPS and left > _GROWING * found
         long = steps > _MOST_STEPS and left > _NEAR_THE_END * found
-        if found > most or (doubting and (growing or long)):
+        if found > most or steps > most_steps or (doubting and (growing or long)):
             raise _too_many(plant, most, advice)
         if steps > max(limits.EXPLICIT_STEPS, limits.EXPLICIT_VALUES * (found - left)):
             raise TooMany(

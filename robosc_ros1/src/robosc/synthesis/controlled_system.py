@@ -73,6 +73,21 @@ def inputs(plant: Plant) -> list[tuple[int, ...]]:
     return [tuple(numbers) for numbers in found.values()]
 
 
+class NumberedSteps(Protocol):
+    """Some states under a supervisor, and the steps that lead from them, as numbers."""
+
+    @property
+    def states(self) -> Sequence[PlantState]: ...
+
+    def number(self, state: PlantState) -> int:
+        """Return the number of a state under the supervisor: its place among ``states``."""
+
+    def after(self, number: int) -> Sequence[tuple[int, int]]:
+        """Return the steps from a state: numbers of an event and of a state to which it leads.
+
+        They are in the order of events."""
+
+
 class System(Protocol):
     """A plant under its supervisor, as engines present it for explanations and warnings."""
 
@@ -90,6 +105,10 @@ class System(Protocol):
     @property
     def faults(self) -> FaultSearch:
         """Where the states are that are bad by themselves."""
+
+    @property
+    def steps(self) -> NumberedSteps:
+        """The steps under control."""
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
         """Return a short controlled path from an initial state to one with the condition.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
 from robosc import limits
 from robosc.errors import StateSpaceError
@@ -12,6 +13,8 @@ from robosc.plant.step import Values
 from robosc.supervisor import Supervisor
 from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.formatting import amount
+
+_State = TypeVar("_State", bound=Hashable)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +93,9 @@ def _refuse(states: int, transitions: int, limit: int | None) -> None:
             )
 
 
-def reaching(
-    targets: Iterable[PlantState], steps: Iterable[tuple[PlantState, PlantState]]
-) -> set[PlantState]:
+def reaching(targets: Iterable[_State], steps: Iterable[tuple[_State, _State]]) -> set[_State]:
     """Return the targets and the states from which steps, as (before, after), lead to one."""
-    before: dict[PlantState, list[PlantState]] = {}
+    before: dict[_State, list[_State]] = {}
     for state, after in steps:
         before.setdefault(after, []).append(state)
     left = list(targets)

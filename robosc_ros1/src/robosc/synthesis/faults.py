@@ -10,13 +10,13 @@ search serves all that is to be explained.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol, TypeAlias
 
 from robosc import limits
 from robosc.plant.automaton import Plant, PlantState
-from robosc.plant.step import Verdict
-from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
+from robosc.synthesis.compiled_steps import Stepper
+from robosc.synthesis.explicit.explicit_engine import EventOutcomes, changed, possible_events
 from robosc.synthesis.time_limit import ExplanationTime
 
 
@@ -93,8 +93,12 @@ class ExplicitFaults:
         self._plant: Plant = plant
         self._is_good = is_good
         self._time = time
-        self._events = stepper.required()
-        self._is_whole = not any(event.is_sampled for event in self._events)
+        events = stepper.required()
+        self._is_whole = not any(event.is_sampled for event in events)
+        sampled = (replace(e, values=tuple(e.some_values)) if e.is_sampled else e for e in events)
+        self._possible = possible_events(
+            plant, [EventOutcomes(plant.events[e.number], e, plant) for e in sampled]
+        )
         self._is_safe = stepper.every(condition for condition, _ in plant.invariants)
         self._goals = [tuple(map(stepper.test, goal.conditions)) for goal in plant.goals]
         self._numbers: dict[PlantState, int] = {}
@@ -260,23 +264,18 @@ class ExplicitFaults:
                 return
         if self._plant.is_marked(state):
             self._ending.add(number)
-        for event, target in self._steps(state):
-            controllable = self._plant.events[event.number].controllable
-            if isinstance(target, Verdict):
-                if not controllable:
-                    self._leaving.add(number)
-            elif self._is_good(target):
-                self._ending.add(number)
-            else:
+        for event, outcomes in self._possible(state):
+            if event.test is not None and not event.test(state):
+                continue
+            controllable = event.event.controllable
+            if outcomes.leaves and not controllable:
+                self._leaving.add(number)
+            for change in outcomes.changes:
+                target = changed(state, change)
+                if self._is_good(target):
+                    self._ending.add(number)
+                    continue
                 after[self._number(target)] = None
                 if not controllable:
                     forced[self._number(target)] = None
         self._after.append((list(forced), list(after)))
-
-    def _steps(self, state: PlantState) -> Iterator[tuple[CompiledEvent, PlantState | Verdict]]:
-        for event in self._events:
-            if event.test is None or event.test(state):
-                for values in event.some_values:
-                    target = event.step(state, values)
-                    if target is not Verdict.IMPOSSIBLE:
-                        yield event, target

@@ -21,7 +21,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.etree.ElementTree import ParseError
 
 from robosc.model.ros.interfaces import KINDS
 
@@ -260,6 +259,8 @@ def _listed(root: Path) -> Mapping[str, Path]:
     if rospack is None:
         return {root.name: root} if (root / _MANIFEST).is_file() else {}
     folders: dict[str, str] = {}
+    from xml.etree.ElementTree import ParseError  # which rospkg has loaded
+
     # rospkg raises these for unreadable manifests, and for those without a name.
     with contextlib.suppress(ParseError, OSError, AttributeError):
         rospack.list_by_path(_MANIFEST, str(root), folders)

@@ -381,8 +381,7 @@ class SingleEvents:
     # --- where to --------------------------------------------------------------------------------
 
     def path(self, condition: tree.Expr) -> list[tuple[Event, event_data.Given]] | None:
-        # The graph is made while it is searched, and the search ends at the first hit: networkx
-        # would have to be given all of it before.
+        # The graph is made while it is searched, and the search ends at the first hit.
         test = self._stepper.test(self._of_the_plant(condition))
         start = self.plant_state
         if test(start):

@@ -46,7 +46,7 @@ class Synchroniser:
 
     def looks_like(self, reading: ParseState, at: int, word: str) -> bool:
         """Whether the tokens behind a keyword confirm that it begins a declaration."""
-        return LOOKS[word].match(reading.kinds, at) is not None
+        return re.compile(LOOKS[word]).match(reading.kinds, at) is not None
 
     def any_in(self, reading: ParseState, start: int, end: int) -> bool:
         """Whether parsing could resume at any of the tokens ``start..end``."""

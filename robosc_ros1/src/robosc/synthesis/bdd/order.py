@@ -3,8 +3,7 @@
 The heuristic is FORCE (Aloul, Markov & Sakallah, "FORCE: a fast and easy-to-implement variable-
 ordering heuristic", GLSVLSI 2003): every item moves to the centre of gravity of its groups, until
 the total span of the groups stops shrinking. It is started from the given order and from the
-reverse Cuthill-McKee order, and the better result is taken. The latter is written out here, since
-loading networkx takes longer than most syntheses.
+reverse Cuthill-McKee order, and the better result is taken.
 """
 
 from __future__ import annotations

@@ -23,6 +23,7 @@ from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.run_to_completion import SymbolicController
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.controlled_system import Runs
+from robosc.synthesis.explicit.search import GuardedSteps
 from robosc.synthesis.time_limit import ExplanationTime
 
 _FEW_IMAGES = 100
@@ -49,7 +50,8 @@ class SymbolicSystem:
         self._seen = self.encoding.initial
         self._nodes_left = most_nodes
         self._images = max(_FEW_IMAGES, sum(map(len, self.engine.required_disjuncts)))
-        self._cones = Cones(solution, guards, most_work)
+        self._guards = tuple(guards)
+        self._cones = Cones(solution, self._guards, most_work)
 
     @property
     def plant(self) -> Plant:
@@ -62,6 +64,10 @@ class SymbolicSystem:
     @cached_property
     def faults(self) -> SymbolicFaults:
         return SymbolicFaults(self.solution, self.time)
+
+    @cached_property
+    def steps(self) -> GuardedSteps:
+        return GuardedSteps(self.plant, self._guards)
 
     def is_good(self, state: PlantState) -> bool:
         return self.encoding.contains(self.solution.good, state)

@@ -106,11 +106,13 @@ class SymbolicEngine:
         most_disjuncts: int = MOST_DISJUNCTS,
         reverse: bool = False,
         most_nodes: int | None = None,
+        turn: int | None = None,
         invariants_first: bool = False,
     ) -> None:
         self.plant = plant
         self.opposite_order = reverse
         self._most_nodes = most_nodes
+        self._turn = turn
         self._invariants_first = invariants_first
         self.encoding = Encoding(plant, memory, reverse, piecewise=invariants_first)
         self.manager = self.encoding.manager
@@ -378,6 +380,8 @@ class SymbolicEngine:
     def _check_nodes(self) -> None:
         self.manager.make_room()
         if self._most_nodes is not None and self.manager.in_use > self._most_nodes:
+            raise TooManyNodes
+        if self._turn is not None and self.manager.nodes > self._turn:
             raise TooManyNodes
 
     def _closure(

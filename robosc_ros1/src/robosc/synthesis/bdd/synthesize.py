@@ -35,18 +35,23 @@ def synthesize_bdd(
     memory: int = limits.MEMORY,
     explaining: ExplanationTime | None = None,
     found: Sequence[PlantState] | None = None,
+    turn: int | None = None,
 ) -> Solved:
     """Return the supervisor of a plant; an empty one is a result, not an error.
 
     ``found`` are the states that are reached under the requirements and violate none, if known.
 
     Raises:
+        TooManyNodes: the sets of states take more than ``turn`` nodes, garbage included.
         StateSpaceError: the library is missing, or ``memory`` bytes do not suffice.
     """
     load()
     start = time.perf_counter()
     try:
-        solution = _solved(plant, progress, memory, found)
+        if turn is None:
+            solution = _solved(plant, progress, memory, found)
+        else:
+            solution = SymbolicEngine(plant, progress, memory, turn=turn).solve()
         guards = []
         maker = GuardMaker(plant)
         for event in solution.engine.events:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from graphlib import CycleError, TopologicalSorter
+
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Plant
 
@@ -12,19 +15,19 @@ def longest_locally(plant: Plant) -> int | None:
     It bounds a run-to-completion step if none of them assigns anything and stays in its state.
     None if there is such a one, or if those of a component form a cycle.
     """
-    import networkx as nx  # imported on demand: the import takes longer than most syntheses
-
-    graph = nx.DiGraph()
+    before: dict[tuple[str, int], set[tuple[str, int]]] = defaultdict(set)
     for event in plant.events:
         if event.kind is EventKind.TAU:
-            graph.add_edges_from(
-                ((a.component, edge.source), (a.component, edge.target))
-                for a in event.automata
-                for edge in a.edges
-                if edge.source != edge.target or edge.updates
-            )
-    if not nx.is_directed_acyclic_graph(graph):
+            for a in event.automata:
+                for edge in a.edges:
+                    if edge.source != edge.target or edge.updates:
+                        before[a.component, edge.target].add((a.component, edge.source))
+    lengths: dict[tuple[str, int], int] = {}
+    longest: dict[str, int] = {}
+    try:
+        for place in TopologicalSorter(before).static_order():
+            lengths[place] = max((lengths[one] + 1 for one in before.get(place, ())), default=0)
+            longest[place[0]] = max(longest.get(place[0], 0), lengths[place])
+    except CycleError:
         return None
-    parts = (graph.subgraph(part) for part in nx.weakly_connected_components(graph))
-    longest: int = sum(nx.dag_longest_path_length(part) for part in parts)
-    return longest
+    return sum(longest.values())

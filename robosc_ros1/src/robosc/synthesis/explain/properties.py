@@ -34,11 +34,11 @@ from robosc.language.events import EventKind
 from robosc.model.diagnostics import first_of
 from robosc.plant.automaton import Plant, PlantState
 from robosc.supervisor import Guard, Step
-from robosc.synthesis.compiled_steps import CompiledEvent
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.controlled_system import Runs, System, make_step
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explain.local_bound import longest_locally
-from robosc.synthesis.explain.run_to_completion import ExplicitController, tau_targets
+from robosc.synthesis.explain.run_to_completion import ExplicitController
 from robosc.synthesis.formatting import amount, quoted, step_text, trace_text
 
 _FEW_STATES = 10_000
@@ -73,7 +73,7 @@ def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> 
         return Properties(tuple((name, True) for name in _names(system.plant)), 0)
     if _branching(system) > limits.COMBINATIONS:
         return _of_large(system, guards, controlled_states)
-    controller = ExplicitController(system.plant, guards)
+    controller = ExplicitController(system.plant, system.steps)
     runs = system.runs() if controlled_states > _FEW_STATES else None
     if runs is not None:
         return _of_runs(controller, runs, _longest(system))
@@ -114,7 +114,7 @@ def _of_large(system: System, guards: Sequence[Guard], controlled_states: int) -
     branching, livelock = _branching(system), None
     outcomes = f", a message {amount(branching)} values" if branching > limits.COMBINATIONS else ""
     if bound is None and branching <= limits.COMBINATIONS:
-        controller = ExplicitController(system.plant, guards)
+        controller = ExplicitController(system.plant, system.steps)
         chain = controller.livelock(limits.FIRST_STEPS)
         livelock = None if chain is None else _Reporter(controller).livelock(chain)
     holds: tuple[tuple[str, bool], ...] = ()
@@ -143,9 +143,11 @@ class _Reporter:
     def __init__(self, controller: ExplicitController) -> None:
         self.controller = controller
         self.plant = controller.plant
+        self._steps = controller.steps
+        self._stepper = Stepper(controller.plant)
 
     def livelock(self, chain: Sequence[PlantState]) -> Diagnostic:
-        path = self.controller.complete(chain[-1]).path
+        path = self._completed(chain[-1])
         begin = path.index(path[-1])
         cycle = self._internal(path[begin:])
         trace = self._trace(chain) + self._internal(path[: begin + 1])
@@ -161,19 +163,19 @@ class _Reporter:
     def order_matters(
         self, chain: Sequence[PlantState], one: PlantState, other: PlantState
     ) -> Diagnostic:
-        first = next(t for t in self.controller.taus if tau_targets(t, chain[-1]))
+        first, _ = self.controller.internal(self._steps.number(chain[-1]))[0]
         return Diagnostic(
             Severity.WARNING,
             "order-matters",
             "where the internal transitions end depends on their order:"
             f" {_after(self._trace(chain))}, in {self._difference(one, other)};"
             " the controller takes them in source order",
-            self.plant.events[first.number].span,
+            self.plant.events[first].span,
             "let their guards exclude each other, or accept the source order",
         )
 
     def blocking(self, chain: Sequence[PlantState]) -> Diagnostic:
-        trace = self._trace(chain) + self._internal(self.controller.complete(chain[-1]).path)
+        trace = self._trace(chain) + self._internal(self._completed(chain[-1]))
         return Diagnostic(
             Severity.WARNING,
             "blocking-under-control",
@@ -184,7 +186,7 @@ class _Reporter:
         )
 
     def impossible(self, chain: Sequence[PlantState], goal: int) -> Diagnostic:
-        trace = self._trace(chain) + self._internal(self.controller.complete(chain[-1]).path)
+        trace = self._trace(chain) + self._internal(self._completed(chain[-1]))
         written = self.plant.robot.goals[self.plant.goals[goal].index]
         return Diagnostic(
             Severity.WARNING,
@@ -208,7 +210,7 @@ class _Reporter:
 
     def _order(self) -> str:
         """Return which choices of the controller synthesis does not make."""
-        if not self.controller.taus:
+        if not any(event.kind is EventKind.TAU for event in self.plant.events):
             return "it sends preferred commands as long as they are enabled"
         preferring = ", and preferred commands first" if self.controller.preferred else ""
         return f"it takes the internal transitions as soon as it can{preferring}"
@@ -218,7 +220,7 @@ class _Reporter:
     def _trace(self, chain: Sequence[PlantState]) -> tuple[Step, ...]:
         """Return the trace from the initial state to the last state of a chain."""
         steps: list[Step] = []
-        for before, start in pairwise(chain):
+        for before, start in pairwise(map(self._steps.number, chain)):
             completion = self.controller.complete(before)
             steps += self._internal(completion.path)
             events, path = next(
@@ -227,19 +229,24 @@ class _Reporter:
             steps += map(self._step, events, path, path[1:])
         return tuple(steps)
 
-    def _internal(self, path: Sequence[PlantState]) -> tuple[Step, ...]:
+    def _completed(self, start: PlantState) -> Sequence[int]:
+        return self.controller.complete(self._steps.number(start)).path
+
+    def _internal(self, path: Sequence[int]) -> tuple[Step, ...]:
         return tuple(
             self._step(
-                next(t for t in self.controller.taus if after in tau_targets(t, before)),
+                next(tau for tau, target in self.controller.internal(before) if target == after),
                 before,
                 after,
             )
             for before, after in pairwise(path)
         )
 
-    def _step(self, event: CompiledEvent, before: PlantState, after: PlantState) -> Step:
-        values = next(values for values, target in event.targets(before) if target == after)
-        return make_step(self.plant, self.plant.events[event.number], values, before, after)
+    def _step(self, event: int, one: int, other: int) -> Step:
+        before, after = self._steps.states[one], self._steps.states[other]
+        targets = self._stepper.compiled(event, None).targets(before)
+        values = next(values for values, target in targets if target == after)
+        return make_step(self.plant, self.plant.events[event], values, before, after)
 
 
 def _after(steps: Sequence[Step]) -> str:

@@ -117,7 +117,7 @@ def _projection(variables: Sequence[int]) -> _Projection:
     return itemgetter(*variables) if variables else lambda state: ()
 
 
-def _possible_events(
+def possible_events(
     plant: Plant, events: Sequence[EventOutcomes]
 ) -> Callable[[PlantState], Iterator[tuple[EventOutcomes, Outcomes]]]:
     """Return what gives the events that are possible in a state of the plant, with their outcomes.
@@ -187,7 +187,7 @@ def reached(
     states = list(plant.initial_states)
     numbers = {state: number for number, state in enumerate(states)}
     found = ReachedStates(plant, len(states), states, numbers)
-    possible = _possible_events(plant, events)
+    possible = possible_events(plant, events)
     steps = due = 0
     for number, state in enumerate(states):  # appended to below
         if not number % _REPORTED or steps >= due:

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from operator import itemgetter
 
 from robosc.expr.tree import Expr
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.support import support
-from robosc.synthesis.explicit.explicit_engine import ExplicitSolution, PlantStates
+from robosc.supervisor import Guard
+from robosc.synthesis.compiled_steps import Stepper
+from robosc.synthesis.explicit.explicit_engine import (
+    EventOutcomes,
+    ExplicitSolution,
+    PlantStates,
+    changed,
+    possible_events,
+)
 from robosc.synthesis.faults import ExplicitFaults
 from robosc.synthesis.time_limit import ExplanationTime
 
+_target = itemgetter(1)
 _MOST_TRIED = 2**17
 """States of the plant that are tried for a condition."""
 
@@ -45,6 +54,17 @@ class ExplicitSystem:
     @cached_property
     def faults(self) -> ExplicitFaults:
         return ExplicitFaults(self._engine.stepper, self.is_good, self.time)
+
+    @property
+    def steps(self) -> ExplicitSystem:
+        return self
+
+    @property
+    def states(self) -> Sequence[PlantState]:
+        return self._states
+
+    def number(self, state: PlantState) -> int:
+        return self._engine.found.numbers[state]
 
     def is_good(self, state: PlantState) -> bool:
         return self._engine.found.numbers.get(state) in self.solution.good
@@ -91,7 +111,7 @@ class ExplicitSystem:
         layers = [list(range(self._engine.found.starts))]
         seen = set(layers[0])
         while layers[-1]:
-            after = {t for number in layers[-1] for _, t in self._controlled(number)} - seen
+            after = {t for number in layers[-1] for _, t in self.after(number)} - seen
             seen |= after
             layers.append(list(after))
         return layers[:-1]
@@ -109,14 +129,17 @@ class ExplicitSystem:
         """Per controlled state the steps to it, as pairs of the event's number and the source."""
         before: dict[int, list[tuple[int, int]]] = {}
         for number in self.solution.states:
-            for event, target in self._controlled(number):
+            for event, target in self.after(number):
                 before.setdefault(target, []).append((event, number))
         return before
 
-    def _controlled(self, number: int) -> list[tuple[int, int]]:
+    def after(self, number: int) -> Sequence[tuple[int, int]]:
+        steps = self._engine.found.after[number]
+        if not self._refused and self.solution.states.issuperset(map(_target, steps)):
+            return steps
         return [
             (event, target)
-            for event, target in self._engine.found.after[number]
+            for event, target in steps
             if target in self.solution.states and (number, event) not in self._refused
         ]
 
@@ -127,3 +150,34 @@ class ExplicitSystem:
             nearer = [(e, n) for e, n in steps if self._distances[n] == distance - 1]
             path.append(min(nearer, key=lambda step: (step[0], self._states[step[1]]))[1])
         return tuple(self._states[n] for n in reversed(path))
+
+
+class GuardedSteps:
+    """States under a supervisor and the steps between them, numbered as they are asked for."""
+
+    def __init__(self, plant: Plant, guards: Sequence[Guard]) -> None:
+        compiled = Stepper(plant).controlled(guards)
+        events = [EventOutcomes(plant.events[each.number], each, plant) for each in compiled]
+        self._possible = possible_events(plant, events)
+        self._numbers: dict[PlantState, int] = {}
+        self._after: dict[int, tuple[tuple[int, int], ...]] = {}
+        self.states: list[PlantState] = []
+
+    def number(self, state: PlantState) -> int:
+        found = self._numbers.get(state)
+        if found is None:
+            found = self._numbers[state] = len(self.states)
+            self.states.append(state)
+        return found
+
+    def after(self, number: int) -> tuple[tuple[int, int], ...]:
+        found = self._after.get(number)
+        if found is None:
+            state = self.states[number]
+            found = self._after[number] = tuple(
+                (event.number, self.number(changed(state, change)))
+                for event, outcomes in self._possible(state)
+                if outcomes.changes and (event.test is None or event.test(state))
+                for change in outcomes.changes
+            )
+        return found
