@@ -23,6 +23,7 @@ from simulate.recorded_runs import START, BagWriter
 from simulate.test_judged_bags import MODEL
 
 from robosc.errors import UsageError
+from robosc.simulate.bags.bag_files import opened_bag
 from robosc.simulate.bags.judgement import Judgement, judge
 from robosc.supervisor import Supervisor
 
@@ -236,3 +237,19 @@ def test_the_parts_of_a_split_bag_are_put_together(supervisor: Supervisor, tmp_p
     subprocess.run(command, check=True, env=os.environ | path)
     found = judged(supervisor, whole)
     assert (found.messages, found.exit_code) == (240, 0)
+
+
+def test_the_library_that_unpacks_is_named_where_it_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A chunk without an index is unpacked when the file is opened: the file is closed again."""
+    monkeypatch.setitem(sys.modules, "backports", None)
+    monkeypatch.setitem(sys.modules, "compression", None)
+    chunk = struct.pack("<QQQII4sQ8x", 0, 0, 100, 0, 4, b"zstd", 8)
+    path = tmp_path / "run.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + struct.pack("<BQ", 6, len(chunk)) + chunk)
+    with (
+        pytest.raises(UsageError, match=r"needs the Python library 'backports': .*pip install"),
+        opened_bag(path),
+    ):
+        pass
