@@ -138,8 +138,11 @@ class ActionRelay(GoalCaller):
 
         def relay(raw):
             heard(read(raw, type_))
-            # After the event was applied, so that the reaction of the controller finds the
-            # supervisor in the state that allows it.
-            engine.invoke(lambda: onward.publish(passed_on(raw)))
+            if engine.closing:  # nothing reacts to it any more, nor takes from the engine's queue
+                onward.publish(passed_on(raw))
+            else:
+                # After the event was applied, so that the reaction of the controller finds the
+                # supervisor in the state that allows it.
+                engine.invoke(lambda: onward.publish(passed_on(raw)))
 
         self._ends.add(raw_subscriber(self.label + part, type_, relay))

@@ -17,7 +17,7 @@ from ._runtime.core.telemetry import Reporter
 from .ros import RosOutlet
 from .ros_backlog import watch_connections
 from .ros_connections import send_promptly
-from .ros_watch import Watch
+from .ros_watch import Watch, resolved
 from .start import Ending, on_signals
 
 PERIOD = 0.1
@@ -44,13 +44,13 @@ def run(name, controller_type, model, defaults, tables, port_type, make_engine):
     controller = controller_type()
     try:
         settings = configured(controller, defaults)
-        tables.demand_fit(settings, rospy.resolve_name)
+        tables.demand_fit(settings, resolved)
+        watch = Watch(tables, settings.allowed_publishers)
     except ParameterError as error:
         rospy.logfatal("%s", error)
         lifecycle.end(2)
         return lifecycle.code
-    watch = Watch(tables, settings.allowed_publishers)
-    topics = tables.heard(controller, rospy.resolve_name)
+    topics = tables.heard(controller, resolved)
     outlet = RosOutlet({**model, "topics": topics}, settings, watch)
     port = port_type(tables, lifecycle)
     watch.serve(port)

@@ -17,6 +17,7 @@ import rospy
 from rospy.impl.registration import Registration, get_registration_listeners
 
 from ._runtime.core.connections import ConnectionWatch
+from ._runtime.core.settings import ParameterError
 
 PERIOD = 1.0
 """Seconds between two checks of the master."""
@@ -46,6 +47,20 @@ def ask(uri, question, *arguments):
     return answer
 
 
+def resolved(name):
+    """Return the full name of a topic, service or action.
+
+    Raises:
+        ParameterError: its remapped name is itself remapped: rospy follows both rules for a topic.
+    """
+    full = rospy.resolve_name(name)
+    further = rospy.resolve_name(full)
+    if further != full:
+        text = "%s is remapped to %s, and that to %s: rospy follows both for topics, so remap to names"
+        raise ParameterError((text + " that are not remapped") % (name, full, further))
+    return full
+
+
 class Watch(ConnectionWatch):
     """Checks the master and the other nodes periodically, in a thread of its own.
 
@@ -56,7 +71,7 @@ class Watch(ConnectionWatch):
     def __init__(self, tables, allowed):
         simulated = not rospy.rostime.is_wallclock()
         own = rospy.get_name()
-        connections = tables.connections(own, rospy.resolve_name, allowed, simulated, "/status")
+        connections = tables.connections(own, resolved, allowed, simulated, "/status")
         super().__init__(connections, lambda text: rospy.logwarn("%s", text))
         self._master = rosgraph.get_master_uri()
         self._gone = False

@@ -38,7 +38,7 @@ class Input:
     def __init__(self, node, message_type, topic, post, profile, lost, raw, latches):
         self._node = node
         self._type = message_type
-        self._topic = node.resolve_topic_name(topic)
+        self._name = topic  # rclpy remaps what it is given
         self._post = post
         self._profile = profile
         self._lost = lost
@@ -52,7 +52,7 @@ class Input:
 
     def follow(self):
         """Hear what is latched, too, if a publisher of the topic latches now."""
-        ends = self._node.get_publishers_info_by_topic(self._topic)
+        ends = self._node.get_publishers_info_by_topic(self._name)
         if any(e.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for e in ends):
             self.follows = False
             self._latches()
@@ -61,11 +61,11 @@ class Input:
     @property
     def topic(self):
         """The full name of the topic."""
-        return self._topic
+        return self._node.resolve_topic_name(self._name)
 
     def is_connected(self):
         """Return whether a node publishes the topic, in a way that fits."""
-        publishers = self._node.get_publishers_info_by_topic(self._topic)
+        publishers = self._node.get_publishers_info_by_topic(self._name)
         return any(fits(one, own) for one in publishers for own in self._subscriptions)
 
     def take_all(self):
@@ -86,7 +86,7 @@ class Input:
             events = SubscriptionEventCallbacks(use_default_callbacks=False, **more)
             profile = durable(self._profile, durability)
             return self._node.create_subscription(
-                self._type, self._topic, heard, profile, raw=self._raw, event_callbacks=events
+                self._type, self._name, heard, profile, raw=self._raw, event_callbacks=events
             )
 
         try:

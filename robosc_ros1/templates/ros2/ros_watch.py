@@ -30,7 +30,14 @@ class Watch(ConnectionWatch):
     def __init__(self, node, tables, allowed):
         own = node.get_fully_qualified_name()
         simulated, status = is_simulated(node), "/_action/status"
-        connections = tables.connections(own, node.resolve_topic_name, allowed, simulated, status)
+        self._names = {}  # as the code has them, by full names: rclpy remaps what it is asked for
+
+        def resolved(name):
+            full = node.resolve_topic_name(name)
+            self._names[full] = name
+            return full
+
+        connections = tables.connections(own, resolved, allowed, simulated, status)
         super().__init__(connections, lambda text: node.get_logger().warning(text))
         self._node = node
         self._due = 0.0
@@ -52,9 +59,14 @@ class Watch(ConnectionWatch):
     def _nodes(self):
         """Return the nodes that publish and those that subscribe to the model's topics."""
         topics = set(self.connections.topics)
-        graph = self._node
-        publishers = {t: full_names(graph.get_publishers_info_by_topic(t)) for t in topics}
-        return publishers, {t: full_names(graph.get_subscriptions_info_by_topic(t)) for t in topics}
+        publishers = {topic: full_names(self._publishers(topic)) for topic in topics}
+        return publishers, {topic: full_names(self._subscribers(topic)) for topic in topics}
+
+    def _publishers(self, topic):
+        return self._node.get_publishers_info_by_topic(self._names.get(topic, topic))
+
+    def _subscribers(self, topic):
+        return self._node.get_subscriptions_info_by_topic(self._names.get(topic, topic))
 
     def _namesakes(self):
         own = (self._node.get_name(), self._node.get_namespace())
@@ -71,7 +83,7 @@ class Watch(ConnectionWatch):
         for own in node.subscriptions:
             inputs.setdefault((own.topic_name, own.msg_type), []).append(own)
         for (topic, _), ends in inputs.items():
-            for other in node.get_publishers_info_by_topic(topic):
+            for other in self._publishers(topic):
                 # One that some of them hear is heard.
                 found = [
                     tuple(_faults(own, other, "publishes", (other.qos_profile, own.qos_profile)))
@@ -81,7 +93,7 @@ class Watch(ConnectionWatch):
                     yield from found[0]
         for own in node.publishers:
             if own.topic_name not in _EVERYBODYS:
-                for other in node.get_subscriptions_info_by_topic(own.topic_name):
+                for other in self._subscribers(own.topic_name):
                     pair = (own.qos_profile, other.qos_profile)
                     yield from _faults(own, other, "subscribes to", pair)
 

@@ -5,6 +5,7 @@ The test is the server: what it tells is published by hand.
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from typing import Any
 
@@ -169,6 +170,19 @@ def test_a_goal_that_ended_without_a_result_ends_for_the_controller(
     lists(server, first=SUCCEEDED)
     guard.tells(event("error", "go"))
     assert answer_of(other, "first") == 4  # aborted: there is nothing that it succeeded with
+
+
+def test_a_goal_that_ends_with_its_supervisor_ends_for_the_controller(
+    guard: Node, server: Puppet, other: Puppet
+) -> None:
+    sends(other, "last")
+    asked(server, "last")
+    lists(server, last=ACTIVE)
+    shows(guard, "busy")
+    guard.process.send_signal(signal.SIGINT)
+    cancelled(server, "last", 1)
+    ends(server, "last", PREEMPTED)
+    assert answer_of(other, "last") == PREEMPTED
 
 
 def test_a_server_that_has_only_the_cancel_of_a_goal_is_another_one(

@@ -70,3 +70,25 @@ def test_a_supervisor_with_the_remappings_of_its_controller_ends_at_once(
     told = rule.partition(":=")[2] + " is the same on both sides"
     assert told in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "first"),
+    [
+        ("line_follower_controller", "/distance"),
+        ("line_follower_controller", "/vel"),
+        ("line_follower_controller", "/grab"),
+        ("line_follower_supervisor", "/distance"),
+        ("line_follower_supervisor", "/supervised/vel"),
+    ],
+)
+def test_a_name_that_rospy_would_remap_twice_ends_the_node(
+    guarded: Stage, name: str, first: str
+) -> None:
+    """A topic would be another one than its rule says, unseen: that of the other side, or swapped."""
+    rules = [f"{first}:=/second", "/second:=/third"]
+    done = guarded.workspace.run("rosrun", name, name, *rules, master=guarded.master, check=False)
+    assert done.returncode == 2
+    told = done.stdout + done.stderr
+    assert f"{first} is remapped to /second, and that to /third" in told
+    assert "Traceback" not in told

@@ -28,7 +28,15 @@ RULES = [
         ("/want", "/l", "/r"),
     ),
     (["reach/_action/send_goal:=/reach/_action/send_goal"], ("/go", "/door/lock", "/reach")),
+    (["go:=want", "want:=no", "door/lock:=gate", "gate:=no", "reach:=r"], ("/want", "/gate", "/r")),
 ]
+
+
+def is_connected(missing: list[str], go: str) -> bool:
+    """Whether the node has looked who is there, and its switch is."""
+    return any("nobody subscribes" in text for text in missing) and not any(
+        text.endswith(f" {go}") for text in missing
+    )
 
 
 @pytest.mark.parametrize("node", ["guarded_arm", "guarded_arm_supervisor"])
@@ -54,6 +62,7 @@ def test_names_are_remapped_whatever_they_name(
         robot.expect_state(shown, lambda s: s["components"]["Door"] == "locked")
         other.order("send_goal", name="/their/reach", type=MOVE, data={"target": 2.0})
     assert robot.expect("goal", name=reach)["data"]["target"] == 2.0
+    robot.expect_state(shown, lambda s: is_connected(s["unconnected"], go))
 
 
 @pytest.mark.parametrize("node", ["guarded_arm", "guarded_arm_supervisor"])
