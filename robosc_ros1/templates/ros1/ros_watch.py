@@ -56,7 +56,9 @@ def resolved(name):
     full = rospy.resolve_name(name)
     further = rospy.resolve_name(full)
     if further != full:
-        text = "%s is remapped to %s, and that to %s: rospy follows both for topics, so remap to names"
+        text = (
+            "%s is remapped to %s, and that to %s: rospy follows both for topics, so remap to names"
+        )
         raise ParameterError((text + " that are not remapped") % (name, full, further))
     return full
 

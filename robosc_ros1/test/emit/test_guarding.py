@@ -95,6 +95,24 @@ def test_a_command_without_data_carries_the_defaults() -> None:
     assert CommandMatch("Motor.stop", exact=({},)) in found(DRIVE, TURN)[VEL]
 
 
+def test_a_stop_without_data_never_means_the_rest() -> None:
+    """Else what is faster than all others would be the stop, which nothing forbids."""
+    provides = [
+        f"provide {name} with {{ linear: {{ x: {x} }} }}" for name, x in (("drive", 1), ("turn", 2))
+    ]
+    exact = {match.key: match.exact for match in found(*provides, "stop with stop")[VEL]}
+    assert exact["Motor.stop"] == ({},)
+    assert all(exact.values())
+
+
+def test_a_stop_without_data_leaves_the_rest_to_another() -> None:
+    matches = {
+        m.key: m for m in found("provide turn with { angular: { z: 1.0 } }", "stop with stop")[VEL]
+    }
+    assert matches["Motor.stop"].exact == ({},)
+    assert matches["Motor.drive"] == CommandMatch("Motor.drive")
+
+
 @pytest.mark.parametrize(("one", "other"), [("/arm", "arm"), ("~arm", "~/arm")])
 def test_a_topic_has_two_directions_however_its_name_is_written(one: str, other: str) -> None:
     text = f"""robot Cart {{ component Arm {{

@@ -91,6 +91,16 @@ def test_a_command_that_stays_forbidden_is_found(bench: Bench) -> None:
     assert bench.port.sent == []
 
 
+def test_only_what_a_stop_sends_may_be_sent_at_any_time() -> None:
+    bench = Bench(stop_command=GO)
+    bench.hear(BLOCKED)
+    drive = (CommandPattern(GO, None, lambda data: data.get("data", 0.0)),)
+    for speed, found in ((0.3, 1), (0.0, 0), (bench.controller.speed, 0), (-0.3, 1)):
+        bench.monitor.role.offer("/drive", drive, speed)
+        bench.wait(2 * TOLERANCE)
+        assert len(bench.found()) == found
+
+
 @pytest.mark.parametrize("before", [True, False])
 def test_a_command_that_crosses_what_decides_is_not(bench: Bench, before: bool) -> None:
     bench.hear(BLOCKED if before else CLEAR)

@@ -271,6 +271,17 @@ def test_a_message_in_effect_is_stopped_when_it_becomes_forbidden() -> None:
     assert bench.port.take() == []
 
 
+def test_what_the_stop_command_has_in_effect_is_stopped_too() -> None:
+    """One command for all speeds: the stop is the message of zeros."""
+    bench = Bench(stop_command=GO)
+    bench.sense(50)
+    assert bench.offer(3) == [(GO, 3)]
+    bench.sense(2)
+    assert bench.port.take() == [GO]
+    bench.sense(1)
+    assert bench.port.take() == []
+
+
 def test_a_goal_is_cancelled_when_it_becomes_forbidden() -> None:
     bench = Bench(stop_command=HALT)
     bench.request(ARM)

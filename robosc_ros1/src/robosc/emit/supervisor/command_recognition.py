@@ -2,7 +2,8 @@
 
 Where one topic carries several commands, a message has only its data to say which it means. A
 command whose provide statements all give constants (a stop: all speeds 0) means just these
-messages, every other field at its default. Of the other commands on the topic, one may mean all the
+messages, every other field at its default; so does the command of ``stop with`` that has none, at
+all defaults: this is what the stop sends. Of the other commands on the topic, one may mean all the
 rest; if there are more, those without provide statements mean the message with all defaults, and
 the others must have a field that each of them gives constant values, no value twice.
 """
@@ -116,6 +117,8 @@ def _told_apart(
     if corrected:
         yield from _beside_corrected(messages, corrected, provided, robot, report)
         return
+    if provided.get(robot.stop or "") == []:
+        provided[robot.stop or ""] = [_Provided({}, True)]  # else what is too fast would mean it
     without = [m for m in messages if not provided[m.key]]
     exact = [m for m in messages if m not in without and all(p.complete for p in provided[m.key])]
     if len(exact) + 1 < len(messages):

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
 
-from ..core.values import is_header, jsonable, leaves_of, only_field, parts_of
+from ..core.engine_parts import EngineParts
+from ..core.values import is_header, jsonable, leaves_of, only_field, parts_of, without_gaps
 
 Path = Tuple[str, ...]
 Row = Tuple[str, Tuple[Dict[str, Any], ...], Optional[Tuple[Path, Tuple[Any, ...]]]]
@@ -16,11 +17,22 @@ matching values."""
 class CommandPattern(NamedTuple):
     """A command of a topic, and which messages match it.
 
-    ``fits`` tells whether a message matches (None: all messages that match no other command).
+    ``fits`` tells whether a message matches (None: all messages that match no other command);
+    ``make`` returns a message with given data as it would arrive.
     """
 
     key: str
     fits: Callable[[Any], bool] | None = None
+    make: Callable[[dict[str, Any]], Any] = dict
+
+    def is_stop(self, message: Any, parts: EngineParts) -> bool:
+        """Whether a message that matches is what a stop sends: the constants of the stop command,
+        the data that the model gives it now, or the defaults."""
+        if self.key != parts.settings.stop_command or self.fits is not None:
+            return self.key == parts.settings.stop_command
+        read = parts.commands[self.key, "request"].data
+        data, _ = without_gaps(read, parts.settings.refuse_not_finite)
+        return _content(message) in [_content(self.make(known)) for known in (data or {}, {})]
 
 
 def command_patterns(
@@ -33,22 +45,22 @@ def command_patterns(
     patterns: list[CommandPattern] = []
     for key, exact, field in table:
         if exact:
-            patterns.append(CommandPattern(key, _one_of([make(data) for data in exact])))
+            patterns.append(CommandPattern(key, _one_of([make(data) for data in exact]), make))
         elif field:
-            patterns.append(CommandPattern(key, _has(*field)))
+            patterns.append(CommandPattern(key, _has(*field), make))
         else:
-            patterns.append(CommandPattern(key))
+            patterns.append(CommandPattern(key, None, make))
     return tuple(patterns)
 
 
-def matching_command(patterns: Sequence[CommandPattern], message: Any) -> str | None:
-    """Return the key of the command that a message matches; None if there is none."""
+def matching_pattern(patterns: Sequence[CommandPattern], message: Any) -> CommandPattern | None:
+    """Return the pattern that a message matches; None if there is none."""
     rest = None
     for pattern in patterns:
         if pattern.fits is None:
-            rest = pattern.key
+            rest = pattern
         elif pattern.fits(message):
-            return pattern.key
+            return pattern
     return rest
 
 

@@ -36,7 +36,7 @@ from .crossings import Crossings, SeenEvent
 from .findings import FindingReports, Invariants
 from .gathering import GATHERING, ArrivalTime, Gathering, Lateness
 from .judge import UNFIT, Judge, Offered, Reasons, itself, told
-from .matching import CommandPattern, matching_command
+from .matching import CommandPattern, matching_pattern
 from .seen import Allowances, MonitorPort, Pending, Seen, SeenGoals
 from .shadowing import Shadow
 from .sight import Sight, Visibility
@@ -66,7 +66,6 @@ class Monitoring:
         self._recorder = parts.recorder
         self._commands = parts.commands
         self._names = parts.names
-        self._stop_command = parts.settings.stop_command
         self._withholding = Shadow(parts) if parts.settings.shadow else None
         # A shadow tells at once when it would send, so nothing that arrives is put off.
         self.gathering = 0.0 if parts.settings.shadow else GATHERING
@@ -238,17 +237,25 @@ class Monitoring:
     def _offered(self, offered: Offered, inbox: Inbox) -> None:
         inbox.take()
         message, _, topic, patterns, _ = offered
-        key = matching_command(patterns, message)
-        if key is not None:
-            self._pending.name_topic(key, topic)
-            self._take_command(key, "request", message)
+        if self._take_message(topic, patterns, message):
             return
         seen = Seen("", "request", message, self._moment(), self._recorder.now())
         self._forbid("", seen, self._judge.unmatched(patterns))
 
-    def _take_command(self, key: str, kind: str, message: Any) -> None:
+    def _take_message(self, topic: str, patterns: Sequence[CommandPattern], message: Any) -> bool:
+        """Take a message of a topic of commands; False: it matches none of them."""
+        pattern = matching_pattern(patterns, message)
+        if pattern is None:
+            return False
+        key = pattern.key
+        self._pending.name_topic(key, topic)
+        stops = pattern.is_stop(message, self._parts)
+        self._take_command(key, "request", message, stops)
+        return True
+
+    def _take_command(self, key: str, kind: str, message: Any, stops: bool = False) -> None:
         command = self._commands[key, kind]
-        seen = Seen(key, kind, message, self._moment(), self._recorder.now())
+        seen = Seen(key, kind, message, self._moment(), self._recorder.now(), stops=stops)
         if command.row.read is not None:
             if message is None:
                 return  # what it would have done is not known
@@ -323,7 +330,7 @@ class Monitoring:
             return True
         if not unfit and not over:
             return False
-        if seen.key == self._stop_command and fits and not unfit:
+        if seen.stops and fits and not unfit:
             self._happen(seen, command, detail=STOP_COMMAND)
         elif not unfit and self._is_from_before(seen, command):
             pass

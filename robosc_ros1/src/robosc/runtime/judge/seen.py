@@ -26,8 +26,9 @@ class MonitorPort(JudgingPort):
 class Seen(NamedTuple):
     """A command, or the answer to one (``entry`` is its input), in the order in which they were
     seen; ``time`` is that of the machine, ``stamp`` that of the recorder, ``data`` what the model
-    reads of the message. ``excused``: it is allowed, or was a moment ago. ``doubt`` is why it is
-    not known whether it is (empty: it is known)."""
+    reads of the message. ``excused``: it is allowed, or was a moment ago. ``stops``: it is what a
+    stop sends, which may be at any time. ``doubt`` is why it is not known whether it is allowed
+    (empty: it is known)."""
 
     key: str
     kind: str
@@ -38,6 +39,7 @@ class Seen(NamedTuple):
     doubt: str = ""
     entry: BoundInput | None = None
     data: tuple[Any, ...] = ()
+    stops: bool = False
 
 
 class _Past(NamedTuple):

@@ -48,7 +48,7 @@ from .judge import (
     itself,
     told,
 )
-from .matching import CommandPattern, matching_command
+from .matching import CommandPattern, matching_pattern
 from .sight import Sight
 
 if TYPE_CHECKING:  # a package has it if its model serves calls
@@ -138,15 +138,17 @@ class Supervising:
     def _offered(self, offered: Offered, inbox: Inbox) -> None:
         inbox.take()
         message, payload, topic, patterns, repack = offered
-        key = matching_command(patterns, message)
-        if key is None:
+        pattern = matching_pattern(patterns, message)
+        if pattern is None:
             self.block("", topic, "request", self._judge.unmatched(patterns))
             return
+        key = pattern.key
         checked, reasons = self.check(key, "request", message, payload, repack)
         if reasons:
             self.block(self._names[key], topic, "request", reasons, checked)
         else:
-            self.passes(key, "request", checked, topic)
+            stops = pattern.is_stop(message, self._parts)
+            self.passes(key, "request", checked, topic, stops)
 
     def _request(
         self, key: str, message: Any, payload: Any, answer: Answer, repack: Repack
@@ -217,8 +219,11 @@ class Supervising:
             return [{"kind": "paused", "text": text}]
         return self._judge.reasons(key, kind, data)
 
-    def passes(self, key: str, kind: str, checked: CheckedCommand, place: str) -> bool:
-        """Apply a command and pass it on if it is allowed; False if not."""
+    def passes(
+        self, key: str, kind: str, checked: CheckedCommand, place: str, stops: bool = False
+    ) -> bool:
+        """Apply a command and pass it on if it is allowed; False if not. ``stops``: it is what a
+        stop sends."""
         self._engine.pauses.notice()  # the process may have been stopped since the cycle began
         data = checked.data
         reasons = self.reasons(key, kind, data)
@@ -257,7 +262,7 @@ class Supervising:
             self._effect.pop(key, None)
         elif kind != "request":
             pass  # an answer to a call of the robot moves nothing
-        elif command.sort != "service" and key != self._stop_command:
+        elif command.sort != "service" and not stops:
             effects = OwnEffects.between(before, vars(self._controller), writes)
             self._effect[place] = InEffect(key, data, effects)
         else:

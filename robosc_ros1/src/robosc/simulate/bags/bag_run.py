@@ -30,7 +30,7 @@ from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.values import UNREADABLE, Mismatch
 from robosc.runtime.judge import observation
 from robosc.runtime.judge.gathering import ArrivalTime, Lateness
-from robosc.runtime.judge.matching import CommandPattern, command_patterns, matching_command
+from robosc.runtime.judge.matching import CommandPattern, command_patterns
 from robosc.runtime.judge.monitoring import Monitoring
 from robosc.runtime.judge.observation import (
     Handler,
@@ -220,12 +220,7 @@ class BagMonitoring(Monitoring):
         """Return what takes the commands of a topic as :meth:`offer` does."""
 
         def take(message: Any) -> int | None:
-            key = matching_command(patterns, message)
-            if key is None:
-                return None
-            self._pending.name_topic(key, topic)
-            self._take_command(key, "request", message)
-            return 0
+            return 0 if self._take_message(topic, patterns, message) else None
 
         return take
 
