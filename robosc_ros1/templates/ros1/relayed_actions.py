@@ -7,6 +7,7 @@ still be on its way.
 """
 
 from collections import deque
+from contextlib import suppress
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
@@ -139,7 +140,8 @@ class ActionRelay(GoalCaller):
         def relay(raw):
             heard(read(raw, type_))
             if engine.closing:  # nothing reacts to it any more, nor takes from the engine's queue
-                onward.publish(passed_on(raw))
+                with suppress(rospy.ROSException):  # it is closed
+                    onward.publish(passed_on(raw))
             else:
                 # After the event was applied, so that the reaction of the controller finds the
                 # supervisor in the state that allows it.

@@ -22,6 +22,7 @@ from .start import Ending, on_signals
 
 PERIOD = 0.1
 """Seconds between two looks whether the node shuts down."""
+ACTION_PARTS = "/goal", "/cancel", "/status", "/feedback", "/result"
 ENDING = 1.7
 """Seconds for which a shutdown waits for the ends of goals that were cancelled."""
 WRITING = 1.9
@@ -44,7 +45,7 @@ def run(name, controller_type, model, defaults, tables, port_type, make_engine):
     controller = controller_type()
     try:
         settings = configured(controller, defaults)
-        tables.demand_fit(settings, resolved)
+        tables.demand_fit(settings, resolved, ACTION_PARTS)
         watch = Watch(tables, settings.allowed_publishers)
     except ParameterError as error:
         rospy.logfatal("%s", error)

@@ -16,6 +16,9 @@ from .ros_parameters import ParameterizedNode, configured
 from .ros_watch import Watch
 from .start import Ending, on_signals
 
+ACTION_PARTS = tuple(
+    "/_action/" + part for part in ("send_goal", "cancel_goal", "get_result", "feedback", "status")
+)
 ENDING = 1.6
 """Seconds for which the end of the node waits for the ends of goals that were cancelled."""
 WRITING = 1.9
@@ -92,7 +95,7 @@ class Work:
     ):
         controller = controller_type()
         settings, profiles, warnings = configured(node, controller, tables.topics(), defaults)
-        tables.demand_fit(settings, node.resolve_topic_name)
+        tables.demand_fit(settings, node.resolve_topic_name, ACTION_PARTS)
         controller.configure(settings.more)
         for warning in warnings:
             node.get_logger().warning(warning)

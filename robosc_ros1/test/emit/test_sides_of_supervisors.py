@@ -14,6 +14,7 @@ from robosc.runtime.core.settings import Settings
 
 GROUP = "golden"
 
+PARTS = ("/goal", "/end")
 NAMES = ("scan", "odom", "vel", "horn", "lamp", "door", "go", "order")
 
 
@@ -46,6 +47,9 @@ def tables(tmp_path_factory: pytest.TempPathFactory) -> Any:
         ("supervised/scan", "odom", "/odom"),  # as another input
         ("supervised/scan", "vel", "/vel"),
         ("door", "supervised/lamp", "/supervised/lamp"),
+        ("go/goal", "supervised/go/goal", "/supervised/go/goal"),  # as a launch file remaps actions
+        ("supervised/order/end", "order/end", "/order/end"),
+        ("go/goal", "supervised/go/end", "/supervised/go/end"),
         ("vel", "horn", None),  # both to the robot
         ("lamp", "supervised/vel", None),  # a service and a topic
         ("other", "else", None),
@@ -57,17 +61,18 @@ def test_the_sides_of_a_supervisor_stay_apart(
     module, made = tables
 
     def resolved(name: str) -> str:
+        name = name.lstrip("/")
         return "/" + (new if name == old else name)
 
     if told is None:
-        made.demand_fit(Settings(), resolved)
+        made.demand_fit(Settings(), resolved, PARTS)
         return
     with pytest.raises(module.ParameterError, match="is the same on both sides") as raised:
-        made.demand_fit(Settings(), resolved)
+        made.demand_fit(Settings(), resolved, PARTS)
     assert str(raised.value).startswith(told + " is")
 
 
 def test_a_supervisor_is_no_shadow(tables: Any) -> None:
     module, made = tables
     with pytest.raises(module.ParameterError, match="a shadow is a mode of the monitor"):
-        made.demand_fit(Settings(shadow=True), lambda name: "/" + name)
+        made.demand_fit(Settings(shadow=True), lambda name: "/" + name, PARTS)

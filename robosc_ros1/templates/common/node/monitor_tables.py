@@ -18,7 +18,7 @@ class MonitorTables(Tables):
         self.commands, self.unseen, self.unjudged = commands, unseen, unjudged
         self.by_data, self.orders = by_data, orders
 
-    def demand_fit(self, settings, resolved):
+    def demand_fit(self, settings, resolved, parts):
         """A monitor sends nothing, and may be a shadow."""
 
     def topics(self):

@@ -47,9 +47,10 @@ class Tables:
         """Return all topics with the keys of the communications on them."""
         return [(name, keys) for name, _, keys in (*self.subscriptions, *self.publications)]
 
-    def demand_fit(self, settings, resolved):
+    def demand_fit(self, settings, resolved, parts):
         """Raise an error if the settings do not fit this node, or what it sends would come back to
-        it; ``resolved`` returns the full name of a topic, a service or an action.
+        it; ``resolved`` returns the full name of a topic, a service or an action, ``parts`` are
+        what the names of an action's topics and services end with.
 
         Raises:
             ParameterError: that is so.

@@ -40,12 +40,13 @@ class SupervisorTables(Tables):
             (controller, type_, key) for controller, _, type_, key in served_actions
         ]
 
-    def demand_fit(self, settings, resolved):
-        super().demand_fit(settings, resolved)
-        same = set()
-        for rows in self._sides:
-            of_controller, of_robot = ({resolved(row[side]) for row in rows} for side in (0, 1))
-            same |= of_controller & of_robot
+    def demand_fit(self, settings, resolved, parts):
+        super().demand_fit(settings, resolved, parts)
+        sides = [[{resolved(row[side]) for row in rows} for side in (0, 1)] for rows in self._sides]
+        of_actions = [
+            {resolved(name + part) for name in names for part in parts} for names in sides[-1]
+        ]
+        same = set().union(*(one & other for one, other in sides)) or of_actions[0] & of_actions[1]
         if same:
             text = (
                 "%s is the same on both sides, so this node would get what it sends: a supervisor"
