@@ -434,7 +434,7 @@ class Session:
             known = f"{is_resting}{owner}" if owner in lasting else f"{owner}.{name}"
             lines.append(f"expect {known}")
         for component in robot.components:
-            for variable in component.behaviour.variables if component.behaviour else ():
+            for variable in component.variables:
                 if variable.in_state and not isinstance(variable.type, ArrayType | ObjectType):
                     value = state.variables[variable.key]
                     text = isinstance(variable.type, StringType)
