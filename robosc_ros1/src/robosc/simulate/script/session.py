@@ -78,9 +78,9 @@ def _values(parameters: Sequence[automaton.EventParameter], text: str) -> Iterat
             yield from ((value, *others) for others in _values(rest, text[len(part) + 2 :]))
 
 
-MakeMachine = Callable[..., machine.Machine]
-"""A machine in its initial state, with these parameters, and perhaps values of persistent
-variables, by name."""
+MakeMachine = Callable[[Mapping[str, Any], Mapping[str, Any]], machine.Machine]
+"""A machine in its initial state, with these parameters and values of persistent variables, by
+name."""
 
 WORDS: Mapping[str, tuple[str, str]] = {
     "show": ("show", "the state, what can happen, and what forbids commands"),
