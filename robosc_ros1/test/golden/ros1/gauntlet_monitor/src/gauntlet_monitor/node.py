@@ -4,7 +4,7 @@
 import gauntlet_interfaces.msg
 import std_msgs.msg
 
-from ._runtime.judge.shadowing import listening_engine
+from ._runtime.judge.monitoring import monitor_engine
 from .controller import GauntletController
 from .model import MODEL
 from .monitor import MonitorPort
@@ -82,5 +82,5 @@ DEFAULTS = {}
 
 def main():
     """Run the monitor until it is stopped; return the exit code."""
-    make = MonitorPort, listening_engine
+    make = MonitorPort, monitor_engine
     return run("gauntlet_monitor", GauntletController, MODEL, DEFAULTS, TABLES, *make)
