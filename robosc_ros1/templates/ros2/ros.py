@@ -33,6 +33,14 @@ FOLLOWED = 0.5
 """Seconds between two looks who publishes inputs, and whether it latches."""
 
 
+_LOG = {  # rclpy requires one severity for each line of code that logs
+    "debug": lambda logger, text: logger.debug(text),
+    "info": lambda logger, text: logger.info(text),
+    "warning": lambda logger, text: logger.warning(text),
+    "error": lambda logger, text: logger.error(text),
+}
+
+
 class RosPort(CallingPort):
     """Topics, services and actions of one controller, as in the tables of ``node.py``.
 
@@ -182,15 +190,7 @@ class RosPort(CallingPort):
         publisher.publish(compose(message_type(), data, self._node.get_clock()))
 
     def log(self, level, text):
-        # rclpy requires one severity for each line of code that logs.
-        if level == "error":
-            self._logger.error(text)
-        elif level == "warning":
-            self._logger.warning(text)
-        elif level == "info":
-            self._logger.info(text)
-        else:
-            self._logger.debug(text)
+        _LOG[level](self._logger, text)
 
     def exit(self, code):
         self.exit_code = code

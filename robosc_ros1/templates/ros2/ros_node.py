@@ -81,18 +81,8 @@ class Work:
         ParameterError: the node has invalid parameters.
     """
 
-    def __init__(
-        self,
-        node,
-        executor_thread,
-        ending,
-        controller_type,
-        model,
-        defaults,
-        tables,
-        port_type,
-        make_engine,
-    ):
+    def __init__(self, node, executor_thread, ending, *parts):
+        controller_type, model, defaults, tables, port_type, make_engine = parts
         controller = controller_type()
         settings, profiles, warnings = configured(node, controller, tables.topics(), defaults)
         tables.demand_fit(settings, node.resolve_topic_name, ACTION_PARTS)

@@ -33,5 +33,4 @@ def faults(text: str, definitions: MessageDefinitions | None = None) -> list[tup
 
 def behaviour_of(robot: Robot, component: str) -> Behaviour:
     behaviour = robot.component(component).behaviour
-    assert behaviour is not None
     return behaviour

@@ -70,7 +70,7 @@ def test_each_copy_has_its_index_in_names_strings_and_values() -> None:
         "Station[2].call": "/station_2/call", "Station[2].go": "station_2/go",
         "Station[3].call": "/station_3/call", "Station[3].go": "station_3/go",
     }  # fmt: skip
-    starts = [c.behaviour.variables[0].initial for c in robot.components if c.behaviour]
+    starts = [c.behaviour.variables[0].initial for c in robot.components if c.states]
     assert starts == [1, 2, 3]
 
 

@@ -233,7 +233,6 @@ def test_components_of_a_library_that_belong_together_share_a_prefix(model: Path
         """,
     )
     behaviour = robot.component("RA").behaviour
-    assert behaviour is not None
     low = behaviour.states[1]
     assert low.transitions[0].communication == "RF.touched"
     assert "component='RF'" in str(low.transitions[0].guard)
@@ -254,7 +253,6 @@ def test_what_an_import_keeps_may_be_compared_though_it_is_not_finite(model: Pat
     robot, diagnostics = read(model, TWO + "requirement Left.turn needs Right.raw > 1")
     assert robot is not None, diagnostics
     behaviour = robot.component("Right").behaviour
-    assert behaviour is not None
     assert {v.name: v.in_state for v in behaviour.variables}["raw"]
 
 
@@ -295,7 +293,6 @@ def test_one_library_imported_from_two_folders_is_one(model: Path) -> None:
         "component A from Hands import Arm\ncomponent F from Bodies import Side",
     )
     behaviour = robot.component("A").behaviour
-    assert behaviour is not None
     assert behaviour.states[1].transitions[0].communication == "F.touched"
     (shared / "hands.rscd").write_text(HANDS + "// changed\n")
     assert "library-clash" in codes(

@@ -56,7 +56,6 @@ def test_a_name_means_its_value(written: str, meant: str) -> None:
 def test_values_stand_in_rules_initial_values_and_data() -> None:
     robot = resolve(ROBOT % "provide go with limit + half")
     behaviour = robot.component("Sensor").behaviour
-    assert behaviour is not None
     assert [variable.initial for variable in behaviour.variables] == [3, "near"]
     rule = robot.communications["Sensor.scan"].response.rules[0]
     assert to_dsl(rule.condition, robot) == "value > 4.0"

@@ -69,7 +69,7 @@ def test_they_stand_in_conditions_rules_data_and_durations() -> None:
     assert [p.key for p in parameters_of(rule.condition)] == ["limit"]
     timeout = robot.communications["Sensor.scan"].timeout
     behaviour = robot.component("Sensor").behaviour
-    assert timeout is not None and behaviour is not None
+    assert timeout is not None
     assert to_dsl(timeout, robot) == "Sensor.silence"
     assert to_dsl(behaviour.states[0].afters[0].delay, robot) == "pause"
 

@@ -48,7 +48,6 @@ class Oracle(OraclePlant):
         if self.robot.communications[key].kind not in (Kind.SERVICE, Kind.ACTION):
             return False
         for component in self.automata:
-            assert component.behaviour is not None
             here = self.get(state, "at", component.name)
             performing = [o for o in component.behaviour.composites if o.performs is not None]
             stages = ("due", "performing") if self._is_replaced(key) else ("due",)

@@ -123,11 +123,11 @@ class OracleEvents:
         """``samples`` are the numbers and strings that stand for all, by type."""
         self.robot = robot
         self.samples: Samples = samples or {}
-        self.automata: list[Component] = [c for c in robot.components if c.behaviour is not None]
+        self.automata: list[Component] = [c for c in robot.components if c.states]
         self.synthesis_variables = self._synthesis_variables()
         self.slots: list[tuple[str, str]] = []
         for component in robot.components:
-            if component.behaviour is not None:
+            if component.states:
                 self.slots.append(("at", component.name))
                 for variable in component.behaviour.variables:
                     if variable.key in self.synthesis_variables:
@@ -146,7 +146,7 @@ class OracleEvents:
 
     @cached_property
     def variables(self) -> dict[str, Variable]:
-        return {v.key: v for c in self.automata for v in c.behaviour.variables}  # type: ignore[union-attr]
+        return {v.key: v for c in self.automata for v in c.behaviour.variables}
 
     @cached_property
     def all_transitions(self) -> list[tuple[str, Transition]]:
@@ -154,7 +154,6 @@ class OracleEvents:
         found = []
         for component in self.automata:
             behaviour = component.behaviour
-            assert behaviour is not None
             for place in (behaviour, *behaviour.composites, *behaviour.states):
                 found.extend((component.name, transition) for transition in place.transitions)
         return found
@@ -169,7 +168,6 @@ class OracleEvents:
         conditions += [t.guard for _, t in self.all_transitions if t.guard is not None]
         found = {read for condition in conditions for read in _variables_in(condition)}
         for component in self.automata:
-            assert component.behaviour is not None
             found |= {
                 f"{component.name}.{assignment.variable}"
                 for place in (None, *component.behaviour.composites, *component.behaviour.states)
@@ -284,7 +282,6 @@ class OracleEvents:
 
         With each, the variables on which one of the state decides.
         """
-        assert component.behaviour is not None
         found: list[tuple[Transition, set[str]]] = []
         for state in component.behaviour.states:
             levels = self._transitions_for(component, state.name, event)
@@ -308,7 +305,6 @@ class OracleEvents:
         key = component.name, here, event
         if key not in self._written:
             behaviour = component.behaviour
-            assert behaviour is not None
             places = {
                 place.name.replace(" ", "."): place  # the stage of a performing state is last
                 for place in (*behaviour.composites, *behaviour.states)
@@ -350,7 +346,6 @@ class OracleEvents:
         for what, name in self.slots:
             if what == "at":
                 behaviour = self.robot.component(name).behaviour
-                assert behaviour is not None
                 values.append([next(s.name for s in behaviour.states if s.initial)])
             elif what == "var":
                 variable = self.variables[name]

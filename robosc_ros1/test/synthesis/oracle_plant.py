@@ -60,7 +60,6 @@ class OraclePlant(OracleEvents):
 
     def _step_tau(self, state: OracleState, event: Event, after: dict[Any, Any]) -> None:
         behaviour = self.robot.component(event.key).behaviour
-        assert behaviour is not None
         component = self.robot.component(event.key)
         here = self.get(state, "at", event.key)
         present = next(s for s in behaviour.states if s.name == here)
@@ -84,7 +83,6 @@ class OraclePlant(OracleEvents):
     ) -> None:
         """Time passes whenever it is waited for: the component must be there, the guard hold."""
         component = self.robot.component(occurrence.event.key)
-        assert component.behaviour is not None
         here = self.get(state, "at", component.name)
         present = next(s for s in component.behaviour.states if s.name == here)
         around = [
@@ -192,7 +190,6 @@ class OraclePlant(OracleEvents):
                 return False
             if what == "at":
                 behaviour = self.robot.component(name).behaviour
-                assert behaviour is not None
                 if not next(s for s in behaviour.states if s.name == value).marked:
                     return False
         return True

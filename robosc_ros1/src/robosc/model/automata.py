@@ -146,9 +146,9 @@ def is_in(path: str, place: str) -> bool:
 class Behaviour(_Place):
     """The automaton of a component; its own ``transitions`` exist in every state."""
 
-    variables: tuple[Variable, ...]
-    states: tuple[State, ...]
-    transitions: tuple[Transition, ...]
+    variables: tuple[Variable, ...] = ()
+    states: tuple[State, ...] = ()
+    transitions: tuple[Transition, ...] = ()
     composites: tuple[CompositeState, ...] = ()
     span: Span = span_field()
 

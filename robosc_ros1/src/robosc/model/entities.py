@@ -168,23 +168,24 @@ class Component:
 
     name: str
     communications: tuple[Communication, ...]
-    behaviour: automata.Behaviour | None
+    behaviour: automata.Behaviour
+    """Without states where the model gives none."""
     library: str | None
     copy: Copy | None = None
     span: Span = automata.span_field()
 
     @property
     def variables(self) -> tuple[automata.Variable, ...]:
-        return () if self.behaviour is None else self.behaviour.variables
+        return self.behaviour.variables
 
     @property
     def states(self) -> tuple[automata.State, ...]:
-        return () if self.behaviour is None else self.behaviour.states
+        return self.behaviour.states
 
     @property
     def transitions(self) -> Iterator[automata.Transition]:
         """Those of every state, then state by state."""
-        return iter(()) if self.behaviour is None else self.behaviour.all_transitions
+        return self.behaviour.all_transitions
 
 
 @dataclass(frozen=True, slots=True)
@@ -401,7 +402,7 @@ class Robot:
         """The states that perform a command, with their components, by its key."""
         found: dict[str, list[tuple[str, str]]] = {}
         for component in self.components:
-            for outer in component.behaviour.composites if component.behaviour is not None else ():
+            for outer in component.behaviour.composites:
                 if outer.performs is not None:
                     found.setdefault(outer.performs, []).append((component.name, outer.name))
         return found

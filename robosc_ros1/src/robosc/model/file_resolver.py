@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar
 from robosc.expr import tree, undefined_data
 from robosc.expr.tree import Expr
 from robosc.expr.types import EnumType, Type
-from robosc.model import diagnostics, entities
+from robosc.model import automata, diagnostics, entities
 from robosc.model.checks.command_data import with_command_data
 from robosc.model.checks.exclusive import check_overlaps
 from robosc.model.checks.freshness import check_freshness
@@ -387,7 +387,7 @@ class FileResolver:
         symbols = self._symbols(instance)
         report = self._report if instance.library is None else self._muted
         instance.types.values.resolve()
-        behaviour = None
+        behaviour = automata.Behaviour(span=instance.node.name.span)
         if instance.behaviour is not None:
             behaviour = BehaviourResolver(instance, symbols, report).resolve(instance.behaviour)
         imported = instance.imported

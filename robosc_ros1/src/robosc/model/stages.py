@@ -11,6 +11,6 @@ def told_stages(robot: Robot) -> tuple[str, ...]:
     return tuple(
         f"{component.name}.{state.name}"
         for component in robot.components
-        for state in (component.behaviour.states if component.behaviour is not None else ())
+        for state in component.states
         if stage_of(state.name)
     )

@@ -144,7 +144,7 @@ def _state_variables(
 ) -> Iterator[StateVariable]:
     for component in robot.components:
         behaviour = component.behaviour
-        if behaviour is not None:
+        if behaviour.states:
             states = behaviour.states
             yield StateVariable(
                 VariableKind.LOCATION,
@@ -197,10 +197,9 @@ class _Lowering:
         self.listeners: dict[tuple[EventKind, str], dict[str, Component]] = {}
         """Components that mention an event of a communication, by name, in model order."""
         for component in robot.components:
-            if component.behaviour is not None:
-                for transition in precedence.joined_transitions(component.behaviour):
-                    key = transition.event, transition.communication
-                    self.listeners.setdefault(key, {})[component.name] = component
+            for transition in precedence.joined_transitions(component.behaviour):
+                key = transition.event, transition.communication
+                self.listeners.setdefault(key, {})[component.name] = component
 
     def events_of(self, component: Component) -> Iterator[Event]:
         for communication in component.communications:
@@ -208,9 +207,8 @@ class _Lowering:
                 if self._is_left_out(sort.kind, communication.key):
                     continue
                 yield from asked_cases.by_data(self._communication_event(communication, sort))
-        if component.behaviour is not None:
-            own = own_transitions(component.behaviour)
-            yield from (self._event_of(component, transition) for transition in own)
+        own = own_transitions(component.behaviour)
+        yield from (self._event_of(component, transition) for transition in own)
 
     def _is_left_out(self, kind: EventKind, key: str) -> bool:
         """Whether nobody makes an event happen."""
@@ -297,7 +295,6 @@ class _Lowering:
 
     def _automaton(self, component: Component, kind: EventKind, key: str) -> LocalAutomaton:
         behaviour = component.behaviour
-        assert behaviour is not None
         edges = [
             self._edge(component, location, taken)
             for location, state in enumerate(behaviour.states)
@@ -421,7 +418,6 @@ def _outer(component: Component, location: int, taken: Transition) -> Iterator[s
     """The states with states in them, and with transitions after a delay, that one enters or
     leaves."""
     behaviour = component.behaviour
-    assert behaviour is not None
     source = behaviour.states[location]
     for outer in behaviour.composites:
         if outer.afters and taken.goto is not None:

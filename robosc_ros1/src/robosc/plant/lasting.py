@@ -54,8 +54,7 @@ def _events(
             cases = cases_of(robot, communication, sort.kind)
             yield (sort.kind, communication.key, 0), cases
     for component in robot.components:
-        behaviour = component.behaviour
-        for place, transition in () if behaviour is None else behaviour.placed:
+        for place, transition in component.behaviour.placed:
             if transition.event.of_component:
                 identity = transition.event, component.name, transition.index
                 yield identity, cases_of_step(robot, component, place, transition)

@@ -18,7 +18,7 @@ def in_states(robot: Robot, component: str, names: Sequence[str]) -> list[tree.S
     found = {name: tree.StateRef(component, name) for name in names}
     behaviours = (c.behaviour for c in robot.components if c.name == component)
     behaviour = next(behaviours, None)  # a lasting condition has none
-    for outer, within in behaviour.inside.items() if behaviour is not None else ():
+    for outer, within in behaviour.inside.items() if behaviour else ():
         if all(name in found and not found[name].within for name in within):
             found |= dict.fromkeys(within, tree.StateRef(component, outer, within=within))
     return list(dict.fromkeys(found.values()))

@@ -44,7 +44,7 @@ def cases_of(
     robot: Robot, communication: Communication, kind: EventKind
 ) -> Mapping[Owner, Sequence[EventCase]]:
     """What an event of a communication does to all components, and to the communication."""
-    components = [c for c in robot.components if c.behaviour is not None]
+    components = [c for c in robot.components if c.states]
     cases: dict[Owner, Sequence[EventCase]] = {
         c.name: _cases(robot, c, communication.key, kind) for c in components
     }
@@ -78,7 +78,6 @@ def cases_of_step(
 def _cases(robot: Robot, component: Component, key: str, kind: EventKind) -> list[EventCase]:
     """What an event does to a component: exactly one of the cases holds."""
     behaviour = component.behaviour
-    assert behaviour is not None
     states: dict[_Effect, list[str]] = {}
     for state in behaviour.states:
         before: list[tree.Expr] = []

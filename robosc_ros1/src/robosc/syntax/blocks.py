@@ -93,6 +93,7 @@ def _before(reading: ParseState, at: int) -> str:
 _NEVER = re.compile(r"(?!)")
 
 
+@dataclass(eq=False)
 class Rule:
     """One kind of declaration: its grammar behind the first keyword, and how its node is built.
 
@@ -103,22 +104,15 @@ class Rule:
     reported and left out of the tree.
     """
 
-    def __init__(
-        self,
-        grammar: ParserElement,
-        build: Build,
-        *,
-        block: Callable[[list[Any]], Block | None] = lambda parts: None,
-        opening: str = "",
-        tail: Callable[[Any], tuple[str, ...]] = lambda node: (),
-        refusal: str = "",
-    ) -> None:
-        self.grammar = ended(grammar)
-        self.build = build
-        self.block = block
-        self.opening = opening
-        self.tail = tail
-        self.refusal = refusal
+    grammar: ParserElement
+    build: Build
+    block: Callable[[list[Any]], Block | None] = lambda parts: None
+    opening: str = ""
+    tail: Callable[[Any], tuple[str, ...]] = lambda node: ()
+    refusal: str = ""
+
+    def __post_init__(self) -> None:
+        self.grammar = ended(self.grammar)
 
 
 @dataclass(frozen=True)

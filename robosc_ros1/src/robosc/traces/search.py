@@ -109,7 +109,7 @@ class InputGraph:
         self._correcting = [k for k in steps.correcting() if k in self._infinite]
         self._begun = [p for p in steps.initial if p.startswith("@")]
         self._counters = [k for k in dict.fromkeys(_counters(steps)) if k not in self._finite]
-        self._places = [c.name for c in robot.components if c.behaviour is not None]
+        self._places = [c.name for c in robot.components if c.states]
         calls = (Kind.OUTGOING, Kind.INCOMING)
         phases = {f"~{k}": c.kind in calls for k, c in robot.communications.items()}
         self._calls = [

@@ -23,7 +23,7 @@ def view_model(
     """
     hub = Hub()
     try:
-        machine = start.machine_maker(supervisor, execute=execute)(start.parameters(given))
+        machine = start.machine_maker(supervisor, execute=execute)(start.parameters(given), {})
     except faults.InvalidLine as fault:
         raise UsageError(str(fault)) from None
     played = Played(machine, hub)

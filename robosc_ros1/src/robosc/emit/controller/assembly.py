@@ -255,9 +255,9 @@ class _Builder:
 
     def _components(self) -> Iterator[template_data.ComponentView]:
         for component in self.robot.components:
-            if component.behaviour is None:
+            states = component.states
+            if not states:
                 continue
-            states = component.behaviour.states
             initial = next(s.name for s in states if s.initial)
             attributes = [
                 template_data.AttributeView(
@@ -411,7 +411,6 @@ class _Builder:
 
     def _after(self, event: Event) -> template_data.AfterView:
         component = self.robot.component(event.key)
-        assert component.behaviour is not None
         state, after = next(
             (place, after)
             for place in component.behaviour.places

@@ -20,7 +20,7 @@ def attributes_of(
     locations: dict[str, str] = {}
     variables: dict[str, str] = {}
     for component in robot.components:
-        if component.behaviour is None:
+        if not component.states:
             continue
         locations[component.name] = names.take(snake_case(component.name))
         for variable in component.behaviour.variables:
@@ -55,8 +55,6 @@ def word_of(key: str, robot: Robot) -> str:
 
 def counting_entries(component: Component) -> Iterator[str]:
     """The keys of what counts the entries into states (:class:`Attributes`)."""
-    behaviour = component.behaviour
-    if behaviour is not None:
-        if any(state.afters for state in behaviour.states):
-            yield component.name
-        yield from (f"{component.name}.{o.name}" for o in behaviour.composites if o.afters)
+    if any(state.afters for state in component.states):
+        yield component.name
+    yield from (f"{component.name}.{o.name}" for o in component.behaviour.composites if o.afters)

@@ -38,19 +38,13 @@ def holds_where(requirement: Requirement) -> tree.Expr:
     return negation(condition) if requirement.forbids else condition
 
 
+@dataclass(frozen=True)
 class GuardTexts:
     """Makes the guards of one supervisor."""
 
-    def __init__(
-        self,
-        supervisor: Supervisor,
-        attributes: Attributes,
-        requirements: Sequence[RequirementView],
-    ) -> None:
-        self.supervisor = supervisor
-        self.requirements = requirements
-        self.names = supervisor.part_names
-        self.attributes = attributes
+    supervisor: Supervisor
+    attributes: Attributes
+    requirements: Sequence[RequirementView]
 
     def guard(self, guard: Guard) -> GuardText:
         event = guard.event
@@ -110,9 +104,10 @@ class GuardTexts:
                 parts = [part for part in parts if part not in wanted]
                 called.append(number)
         read = [self.attributes.code(part) for part in parts]
-        if parts and self.names.is_long(expr):
+        names = self.supervisor.part_names
+        if parts and names.is_long(expr):
             rest = conjunction(parts) if operator == "and" else disjunction(parts)
-            parts = traversal.operands(self.names.short(rest), operator)
+            parts = traversal.operands(names.short(rest), operator)
         spelled = self.attributes.operand if operator == "and" else self.attributes.text
         text = f" {operator} ".join(map(spelled, parts))
         reads = frozenset[str]().union(*(code.reads for code in read))

@@ -114,7 +114,7 @@ class _Writer:
         self._enums()
         self._events()
         for component in robot.components:
-            if component.behaviour is not None:
+            if component.states:
                 self._component(component.name)
             for communication in component.communications:
                 if communication.phases is not None:

@@ -32,7 +32,7 @@ def dot_text(robot: Robot, controlled: explore.Graph | None = None) -> str:
         "  edge [fontname=Helvetica, fontsize=9];",
     ]
     for component in robot.components:
-        if component.behaviour is not None:
+        if component.states:
             lines += _cluster(component.name, _automaton(robot, component, component.behaviour))
     if controlled is not None:
         title = f"controlled system: {counted(len(controlled.states), 'state')}"

@@ -88,33 +88,25 @@ def _event(kind: EventKind, name: str, index: int) -> dict[str, Json]:
 
 
 def _component(component: Component, plant: Plant) -> dict[str, Json]:
-    behaviour = component.behaviour
     robot = plant.robot
-    states: list[Json] = []
-    variables: list[Json] = []
-    transitions: list[Json] = []
-    if behaviour is not None:
-        states = [
-            {"name": place_of(s.name), "initial": s.initial, "marked": s.marked}
-            | _performed(s, robot)
-            for s in behaviour.states
-            if s.name == place_of(s.name) or s.name.endswith(f" {DUE}")
-        ]
-        variables = [
-            {"name": v.name, "type": str(v.type), "initial": v.initial}
-            | ({"persistent": True} if v.persistent else {})
-            | _message(v.type)
-            | _comparisons(v, plant)
-            for v in behaviour.variables
-        ]
-        transitions = _transitions(behaviour, component.name, robot)
     return {
         "name": component.name,
         "place": place(component.span),
         "library": component.library,
-        "states": states,
-        "variables": variables,
-        "transitions": transitions,
+        "states": [
+            {"name": place_of(s.name), "initial": s.initial, "marked": s.marked}
+            | _performed(s, robot)
+            for s in component.states
+            if s.name == place_of(s.name) or s.name.endswith(f" {DUE}")
+        ],
+        "variables": [
+            {"name": v.name, "type": str(v.type), "initial": v.initial}
+            | ({"persistent": True} if v.persistent else {})
+            | _message(v.type)
+            | _comparisons(v, plant)
+            for v in component.variables
+        ],
+        "transitions": _transitions(component.behaviour, component.name, robot),
     }
 
 

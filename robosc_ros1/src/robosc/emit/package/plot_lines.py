@@ -33,8 +33,7 @@ def _comparisons(robot: Robot) -> Iterator[tuple[str, float]]:
         yield from _compared(communication.expect, f"{name}.response")
         yield from _converted(communication.feedback, f"{name}.feedback")
     for component in robot.components:
-        if component.behaviour is not None:
-            yield from _in_behaviour(component.behaviour, robot)
+        yield from _in_behaviour(component.behaviour, robot)
 
 
 def _in_behaviour(behaviour: Behaviour, robot: Robot) -> Iterator[tuple[str, float]]:

@@ -197,7 +197,7 @@ def _diagrams(robot: entities.Robot) -> list[DiagramView]:
     views = []
     for component in robot.components:
         behaviour = component.behaviour
-        if behaviour is None:
+        if not behaviour.states:
             continue
         initial = next(places.place_of(s.name) for s in behaviour.states if s.initial)
         # Names in diagrams have no dots.

@@ -69,8 +69,6 @@ def _component(
     component: entities.Component, of: Callable[[str], _CommandData]
 ) -> entities.Component:
     behaviour = component.behaviour
-    if behaviour is None:
-        return component
 
     def given(transitions: Iterable[automata.Transition]) -> tuple[automata.Transition, ...]:
         found: list[automata.Transition] = []

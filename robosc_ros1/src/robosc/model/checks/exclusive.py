@@ -127,7 +127,7 @@ def check_overlaps(components: Iterable[Component], report: Report, *, library: 
     """
     states = {c.name: [s.name for s in c.states] for c in components}
     for component in components:
-        if component.behaviour is None or component.library is not None:
+        if component.library is not None:
             continue
         for place, first, second in _pairs(component.behaviour):
             assert first.guard is not None and second.guard is not None

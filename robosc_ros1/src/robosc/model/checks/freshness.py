@@ -8,7 +8,7 @@ to a state in which it is disabled) is sent once for each message, and so never 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -101,13 +101,13 @@ def _effect(robot: Robot, message: Communication) -> _Effect:
     """What a message changes, with the internal transitions that may follow from it."""
     effect = _Effect()
     internal: list[tuple[str, list[State], Transition]] = []
-    for name, behaviour in _behaviours(robot):
-        for place, taken in behaviour.placed:
-            sources = [state for state in behaviour.states if state.is_in(place)]
+    for component in robot.components:
+        for place, taken in component.behaviour.placed:
+            sources = [state for state in component.states if state.is_in(place)]
             if taken.event is events.EventKind.TAU and taken.guard is not None:
-                internal.append((name, sources, taken))
+                internal.append((component.name, sources, taken))
             elif taken.event is events.EventKind.RESPONSE and taken.communication == message.key:
-                effect.add(name, sources, taken)
+                effect.add(component.name, sources, taken)
     grown = bool(effect.moves or effect.values)
     while grown:
         grown = False
@@ -116,12 +116,6 @@ def _effect(robot: Robot, message: Communication) -> _Effect:
             if _may_fail(robot, taken.guard, False, effect):
                 grown |= effect.add(name, sources, taken)
     return effect
-
-
-def _behaviours(robot: Robot) -> Iterator[tuple[str, Behaviour]]:
-    for component in robot.components:
-        if component.behaviour is not None:
-            yield component.name, component.behaviour
 
 
 # --- what commands depend on ----------------------------------------------------------------------
@@ -134,12 +128,12 @@ def _conditions(robot: Robot) -> dict[str, list[tuple[Expr, bool]]]:
         if not requirement.implied:
             for key in requirement.communications:
                 found.setdefault(key, []).append((requirement.condition, not requirement.forbids))
-    for name, behaviour in _behaviours(robot):
-        enabling = _enabling(behaviour)
+    for component in robot.components:
+        enabling = _enabling(component.behaviour)
         others = {s for key, states in enabling.items() if key != robot.stop for s in states}
         for key, states in enabling.items():
-            if name not in robot.together.get(key, ()):
-                ref = StateRef(name, "", within=tuple({*states, *others}))
+            if component.name not in robot.together.get(key, ()):
+                ref = StateRef(component.name, "", within=tuple({*states, *others}))
                 found.setdefault(key, []).append((ref, True))
     kinds = {key: command.kind for key, command in robot.commands.items()}
     return {key: wanted for key, wanted in found.items() if kinds[key].restricted}
@@ -214,7 +208,7 @@ def check_freshness(robot: entities.Robot, report: diagnostics.Report, *, librar
         for ref in (ref for _, refs in read for ref in refs):
             message = messages.get(ref.key)
             behaviour = behaviours[ref.component]
-            if message is not None and behaviour and not _uses_up(behaviour, command, message.key):
+            if message is not None and not _uses_up(behaviour, command, message.key):
                 stale[message.key][names[command]] = ref
                 told[message.key].add(command)
                 break  # one warning for each command: naming any freshness silences it

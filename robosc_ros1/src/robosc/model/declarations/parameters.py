@@ -108,13 +108,10 @@ def with_starts(robot: entities.Robot, values: Mapping[str, Any]) -> entities.Ro
         chosen[keys[0]] = value
 
     def started(component: entities.Component) -> entities.Component:
-        behaviour = component.behaviour
-        if behaviour is None:
-            return component
         variables = tuple(
-            replace(v, initial=chosen.get(v.key, v.initial)) for v in behaviour.variables
+            replace(v, initial=chosen.get(v.key, v.initial)) for v in component.variables
         )
-        return replace(component, behaviour=replace(behaviour, variables=variables))
+        return replace(component, behaviour=replace(component.behaviour, variables=variables))
 
     return replace(robot, components=tuple(map(started, robot.components))) if chosen else robot
 

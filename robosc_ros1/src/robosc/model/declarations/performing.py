@@ -298,7 +298,7 @@ def _with_one_at_a_time(robot: Robot) -> Robot:
     asking: dict[tuple[str, str], list[Expr]] = {}
     free = set(robot.together)
     for component in robot.components:
-        composites = component.behaviour.composites if component.behaviour is not None else ()
+        composites = component.behaviour.composites
         performing = [o for o in composites if o.performs and _is_awaited(robot, o.performs)]
         free.update(o.performs for o in performing if o.performs and o.meanwhile)
         for outer in (o for o in performing if not o.meanwhile):

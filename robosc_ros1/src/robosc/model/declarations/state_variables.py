@@ -32,11 +32,8 @@ def select_state_variables(robot: entities.Robot, report: diagnostics.Report) ->
 
 
 def _with_state(component: entities.Component, readers: dict[str, Span]) -> entities.Component:
-    behaviour = component.behaviour
-    if behaviour is None:
-        return component
-    variables = tuple(replace(v, in_state=v.key in readers) for v in behaviour.variables)
-    return replace(component, behaviour=replace(behaviour, variables=variables))
+    variables = tuple(replace(v, in_state=v.key in readers) for v in component.variables)
+    return replace(component, behaviour=replace(component.behaviour, variables=variables))
 
 
 def _state_readers(robot: entities.Robot, data: Collection[str]) -> dict[str, Span]:
@@ -80,9 +77,8 @@ def _deciding(robot: entities.Robot) -> Iterator[tree.Expr]:
 def _assigned_in_place(robot: entities.Robot) -> Iterator[tuple[entities.Component, Assignment]]:
     """The assignments of internal transitions that may stay in their state."""
     for component in robot.components:
-        if component.behaviour is not None:
-            for transition in component.behaviour.staying:
-                yield from ((component, assignment) for assignment in transition.assignments)
+        for transition in component.behaviour.staying:
+            yield from ((component, assignment) for assignment in transition.assignments)
 
 
 def _assignments(robot: entities.Robot) -> Iterator[tuple[entities.Component, Assignment]]:

@@ -143,9 +143,8 @@ class ViewBuilder:
 
     def _transitions(self) -> Iterator[tuple[Component, Transition]]:
         for component in self.robot.components:
-            if component.behaviour is not None:
-                for transition in precedence.joined_transitions(component.behaviour):
-                    yield component, transition
+            for transition in precedence.joined_transitions(component.behaviour):
+                yield component, transition
 
     def _deciding(self) -> Iterator[tuple[view.Scope, tree.Expr]]:
         for component, transition in self._transitions():

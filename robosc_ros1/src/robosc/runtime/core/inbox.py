@@ -30,16 +30,9 @@ class Inbox:
     of arrival (None: it is not needed)."""
 
     __slots__ = (
-        "_arrivals",
-        "_entries",
-        "_latest",
-        "_lock",
-        "_now",
-        "_put",
-        "_submit",
-        "dropped",
+        "_arrivals", "_entries", "_latest", "_lock", "_now", "_put", "_submit", "dropped",
         "is_watched",
-    )
+    )  # fmt: skip
 
     def __init__(
         self,

@@ -25,13 +25,9 @@ def attribute_names(controller: Controller) -> Names:
     """Return the group ("components", "variables" or "communications") and the name, by attribute
     that an event writes."""
     twin = controller.copy()
-    tables: tuple[Any, ...] = (
-        *controller.INPUTS,
-        *controller.COMMANDS,
-        *controller.TAUS,
-        *controller.AFTERS,
-    )
-    twin.__dict__.update({name: _Marker(name) for row in tables for name in row.writes})
+    events: tuple[Any, ...] = (*controller.INPUTS, *controller.COMMANDS)
+    rows = (*events, *controller.TAUS, *controller.AFTERS)
+    twin.__dict__.update({name: _Marker(name) for row in rows for name in row.writes})
     groups = {"components": twin.components(), "variables": twin.variables()}
     found = {
         str(attribute): (group, name)

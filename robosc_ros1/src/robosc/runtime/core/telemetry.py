@@ -174,6 +174,11 @@ _DATA: dict[str, Callable[[Any], Any]] = {
 
 OK, WARN, ERROR = 0, 1, 2  # the levels of diagnostic_msgs/DiagnosticStatus, REP 107
 _LATEST = 10
+_TROUBLE = (
+    "mismatches", "errors", "failed", "undefined", "blocked", "forbidden", "violations",
+    "undecided", "dropped",
+)  # fmt: skip
+"""The counters that diagnostics warn of where they have grown."""
 _ROOM = 16000
 """About the characters that the short forms of all variables take in a document."""
 
@@ -504,17 +509,7 @@ class Reporter:
         counters: dict[str, int] = snapshot["counters"]
         news = [
             "%d new %s" % (counters[name] - self._last_counters.get(name, 0), name)
-            for name in (
-                "mismatches",
-                "errors",
-                "failed",
-                "undefined",
-                "blocked",
-                "forbidden",
-                "violations",
-                "undecided",
-                "dropped",
-            )
+            for name in _TROUBLE
             if counters.get(name, 0) > self._last_counters.get(name, 0)
         ]
         self._last_counters = dict(counters)

@@ -50,9 +50,9 @@ class SystemState:
             if phases is not None and phase not in phases.marked:
                 return False
         return all(
-            any(s.marked and s.name == self.components[c.name] for s in c.behaviour.states)
+            any(s.marked and s.name == self.components[c.name] for s in c.states)
             for c in robot.components
-            if c.behaviour is not None
+            if c.states
         )
 
 

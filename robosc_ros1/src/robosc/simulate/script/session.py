@@ -78,9 +78,9 @@ def _values(parameters: Sequence[automaton.EventParameter], text: str) -> Iterat
             yield from ((value, *others) for others in _values(rest, text[len(part) + 2 :]))
 
 
-MakeMachine = Callable[..., machine.Machine]
-"""A machine in its initial state, with these parameters, and perhaps values of persistent
-variables, by name."""
+MakeMachine = Callable[[Mapping[str, Any], Mapping[str, Any]], machine.Machine]
+"""A machine in its initial state, with these parameters and values of persistent variables, by
+name."""
 
 WORDS: Mapping[str, tuple[str, str]] = {
     "show": ("show", "the state, what can happen, and what forbids commands"),
@@ -434,7 +434,7 @@ class Session:
             known = f"{is_resting}{owner}" if owner in lasting else f"{owner}.{name}"
             lines.append(f"expect {known}")
         for component in robot.components:
-            for variable in component.behaviour.variables if component.behaviour else ():
+            for variable in component.variables:
                 if variable.in_state and not isinstance(variable.type, ArrayType | ObjectType):
                     value = state.variables[variable.key]
                     text = isinstance(variable.type, StringType)

@@ -67,9 +67,8 @@ def _words(session: Session, before: list[str]) -> Iterator[str]:
 
 def _conditions(session: Session) -> Iterator[str]:
     for component in session.machine.plant.robot.components:
-        if component.behaviour is not None:
-            yield from (f"{component.name}.{s.name}" for s in component.behaviour.states)
-            yield from (f"{component.name}.{v.name}" for v in component.behaviour.variables)
+        yield from (f"{component.name}.{s.name}" for s in component.states)
+        yield from (f"{component.name}.{v.name}" for v in component.variables)
 
 
 def _prompt_toolkit(session: Session) -> Callable[[], str | None] | None:

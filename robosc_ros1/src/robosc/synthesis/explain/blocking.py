@@ -69,10 +69,8 @@ def _of_variable(
         return Cause(reason, remedy, plant.robot.component(name).span)
     place, *_ = places
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
-    behaviour = plant.robot.component(name).behaviour
-    assert behaviour is not None
     advice = _remedy(plant, steps, variable, place) or _of_others(plant, values, variable, place)
-    return Cause(reason, advice, behaviour.states[place].span)
+    return Cause(reason, advice, plant.robot.component(name).states[place].span)
 
 
 def _of_phase(plant: Plant, key: str) -> Cause:
