@@ -76,6 +76,16 @@ def test_a_command_after_which_a_goal_is_out_of_reach_is_forbidden(engine: str) 
     assert why.diagnostic.notes[0].span.text == "requirement possible Door.ajar"
 
 
+def test_a_state_without_a_way_to_it_is_named() -> None:
+    """A transition was forgotten: the state that it led to is what must remain possible."""
+    assert not of(DOOR + "requirement possible Door.ajar").empty
+    found = of(DOOR.replace("goto ajar", "") + "requirement possible Door.ajar")
+    (why,) = (e for e in found.explanations if e.remedy)
+    assert why.remedy == (
+        "nothing leads to state ajar of Door: add a transition, as in 'goto ajar'"
+    )
+
+
 @pytest.mark.parametrize("engine", ["explicit", "bdd"])
 @pytest.mark.parametrize(
     ("goal", "status"),

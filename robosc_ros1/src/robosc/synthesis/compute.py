@@ -186,6 +186,7 @@ def _by_turns(
         return _symbolic(plant, progress, explaining, turn=_FEW_NODES)
     except TooManyNodes:
         pass
+    gc.collect()  # frees the diagrams before there are others
     found = None
     try:
         limit = _limit(plant, most, progress, doubting=True)

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from robosc.errors import listing
+from robosc.expr.traversal import walk
+from robosc.expr.tree import Expr, StateRef
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Edge, Event, Plant, VariableKind
 from robosc.remedies import Change, Hint, Remedy
@@ -52,7 +54,29 @@ def why_blocked(
 def why_impossible(plant: Plant, goal: int) -> Cause:
     """Return that what must remain possible is not, whatever the controller does."""
     written = plant.robot.goals[plant.goals[goal].index]
-    return Cause(f"{quoted(written.text)} fails: it is out of reach", None, written.span)
+    there, *_ = plant.goals[goal].conditions
+    reason = f"{quoted(written.text)} fails: it is out of reach"
+    return Cause(reason, _never_entered(plant, there), written.span)
+
+
+def _never_entered(plant: Plant, condition: Expr) -> str | None:
+    """Return that no transition leads to a state that a condition names, if that is so."""
+    named = {
+        (p.component, s): p for p in walk(condition) if isinstance(p, StateRef) for s in p.places
+    }
+    for number, variable in enumerate(plant.variables):
+        if variable.kind is not VariableKind.LOCATION:
+            continue
+        automata = [a for event in plant.events for a in event.automata if a.variable == number]
+        entered = {edge.target for a in automata for edge in a.edges if edge.target != edge.source}
+        for place, value in enumerate(variable.values):
+            part = named.get((variable.name, str(value)))
+            if part is not None and place not in entered | {variable.initial}:
+                return (
+                    f"nothing leads to state {part.state} of {part.component}: add a transition, as"
+                    f" in 'goto {part.state}'"
+                )
+    return None
 
 
 def _of_variable(
