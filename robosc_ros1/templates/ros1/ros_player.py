@@ -76,6 +76,10 @@ class Robot(PlayedRobot):
             self._servers.append(server)
         self._served = {key: (resolved(name), type_) for name, type_, key in TABLES.served}
         self._served_goals = {key: (resolved(n), t) for n, t, key in TABLES.served_actions}
+        for key, (name, type_) in self._served_goals.items():
+            # A client of actionlib drops what its topic brings after the result.
+            hear = functools.partial(self._on_feedback, key)
+            rospy.Subscriber(name + "/feedback", type(type_().action_feedback), hear)
         self._clients, self._goals = {}, {}
         self.spelled = {}
 
@@ -83,6 +87,9 @@ class Robot(PlayedRobot):
         # The last node's is latched.
         if self._player is not None and message._connection_header["callerid"] == "/" + PACKAGE:
             self._player.on_state(json.loads(message.data))
+
+    def _on_feedback(self, key, message):
+        self._arrive((key, "feedback"), message.feedback)
 
     def _on_report(self, message):
         if self._player is not None and message._connection_header["callerid"] == "/" + PACKAGE:
@@ -139,11 +146,7 @@ class Robot(PlayedRobot):
             self._clients[key] = actionlib.ActionClient(name, type_)
         self._clients[key].wait_for_server()
         goal = self.filled(type(type_().action_goal.goal)(), fields)
-        self._goals[key] = self._clients[key].send_goal(
-            goal,
-            functools.partial(self._moved, key),
-            lambda _, feedback: self._arrive((key, "feedback"), feedback),
-        )
+        self._goals[key] = self._clients[key].send_goal(goal, functools.partial(self._moved, key))
 
     def _ask(self, key, name, type_, request):
         try:
