@@ -8,6 +8,7 @@ import json
 import subprocess
 import sys
 import threading
+import time
 
 import actionlib
 import rospy
@@ -17,6 +18,9 @@ from played_robot import PlayedRobot, as_link, parameters_of_node
 from robot_tables import PACKAGE, PARAMETERS, TABLES, USUAL, ros_messages
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
+
+PATIENCE = 30.0
+"""Seconds of the machine after which a connection that does not end is left alone."""
 
 
 def resolved(name):
@@ -112,6 +116,19 @@ class Robot(PlayedRobot):
             yield
         finally:
             self._end_run()
+
+    def _end_run(self):
+        super()._end_run()
+        end = time.monotonic() + PATIENCE
+        while self._hears_node() and time.monotonic() < end:
+            time.sleep(0.01)
+
+    @staticmethod
+    def _hears_node():
+        """Whether something may still arrive that the last node has sent, and not the next one."""
+        subscribers = list(rospy.topics.get_topic_manager().subs.values())
+        links = [link for subscriber in subscribers for link in subscriber.connections]
+        return any(link.callerid_pub == "/" + PACKAGE and link.socket is not None for link in links)
 
     @staticmethod
     def is_heard(publisher):
