@@ -22,7 +22,7 @@ class GuardedRobot(Robot):
         self.sends = TOLD == ["~/blocked"]
         rospy.Subscriber("/%s/%s" % (PACKAGE, TOLD[0][2:]), String, self._on_told)
         self.attempted, self.onward = {}, {}
-        self._commands, self._callers, self._clients_of, self._handles = {}, {}, {}, {}
+        self._commands, self._callers, self._clients_of = {}, {}, {}
         for topic, *_, type_, rows in TABLES.commands:
             publisher = rospy.Publisher(resolved(topic), type_, queue_size=100)
             for key, *_ in rows:
@@ -83,7 +83,7 @@ class GuardedRobot(Robot):
     def attempt(self, key, kind, fields):
         """Send a command, and return what it carries; or cancel the latest goal."""
         if kind == "cancel":
-            self._handles[key].cancel()
+            self._sent_goals[key].handle.cancel()
             return None
         if key in self._commands:
             publisher, type_ = self._commands[key]
@@ -103,9 +103,10 @@ class GuardedRobot(Robot):
         client, type_ = self._clients_of[key]
         client.wait_for_server()
         goal = self.filled(type(type_().action_goal.goal)(), fields)
-        self._handles[key] = client.send_goal(
+        sent = self._new_goal(key)
+        sent.handle = client.send_goal(
             goal,
-            functools.partial(self._goal_moved, key),
+            functools.partial(self._goal_moved, key, sent),
             lambda _, feedback: self._arrive((key, "progress"), feedback),
         )
         return plain(goal)
@@ -117,7 +118,7 @@ class GuardedRobot(Robot):
             end = "error", None
         self._end(key, end)
 
-    def _goal_moved(self, key, handle):
+    def _goal_moved(self, key, sent, handle):
         if handle.get_comm_state() == actionlib.CommState.DONE:
             status = handle.get_terminal_state()
             ends = {
@@ -126,7 +127,7 @@ class GuardedRobot(Robot):
                 GoalStatus.RECALLED: "cancelled",
             }
             result = plain(handle.get_result()) if status in ends else None
-            self._end(key, (ends.get(status, "error"), result))
+            self._goal_ended(key, sent, (ends.get(status, "error"), result))
 
     def _take_goal(self, key, handle):
         handle.set_accepted()

@@ -8,6 +8,7 @@ import json
 import subprocess
 import sys
 import threading
+import time
 
 import actionlib
 import rospy
@@ -17,6 +18,9 @@ from played_robot import PlayedRobot, as_link, parameters_of_node
 from robot_tables import PACKAGE, PARAMETERS, TABLES, USUAL, ros_messages
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
+
+PATIENCE = 30.0
+"""Seconds of the machine after which a connection that does not end is left alone."""
 
 
 def resolved(name):
@@ -76,6 +80,10 @@ class Robot(PlayedRobot):
             self._servers.append(server)
         self._served = {key: (resolved(name), type_) for name, type_, key in TABLES.served}
         self._served_goals = {key: (resolved(n), t) for n, t, key in TABLES.served_actions}
+        for key, (name, type_) in self._served_goals.items():
+            # A client of actionlib drops what its topic brings after the result.
+            hear = functools.partial(self._on_feedback, key)
+            rospy.Subscriber(name + "/feedback", type(type_().action_feedback), hear)
         self._clients, self._goals = {}, {}
         self.spelled = {}
 
@@ -83,6 +91,9 @@ class Robot(PlayedRobot):
         # The last node's is latched.
         if self._player is not None and message._connection_header["callerid"] == "/" + PACKAGE:
             self._player.on_state(json.loads(message.data))
+
+    def _on_feedback(self, key, message):
+        self._arrive((key, "feedback"), message.feedback)
 
     def _on_report(self, message):
         if self._player is not None and message._connection_header["callerid"] == "/" + PACKAGE:
@@ -105,6 +116,19 @@ class Robot(PlayedRobot):
             yield
         finally:
             self._end_run()
+
+    def _end_run(self):
+        super()._end_run()
+        end = time.monotonic() + PATIENCE
+        while self._hears_node() and time.monotonic() < end:
+            time.sleep(0.01)
+
+    @staticmethod
+    def _hears_node():
+        """Whether something may still arrive that the last node has sent, and not the next one."""
+        subscribers = list(rospy.topics.get_topic_manager().subs.values())
+        links = [link for subscriber in subscribers for link in subscriber.connections]
+        return any(link.callerid_pub == "/" + PACKAGE and link.socket is not None for link in links)
 
     @staticmethod
     def is_heard(publisher):
@@ -139,11 +163,7 @@ class Robot(PlayedRobot):
             self._clients[key] = actionlib.ActionClient(name, type_)
         self._clients[key].wait_for_server()
         goal = self.filled(type(type_().action_goal.goal)(), fields)
-        self._goals[key] = self._clients[key].send_goal(
-            goal,
-            functools.partial(self._moved, key),
-            lambda _, feedback: self._arrive((key, "feedback"), feedback),
-        )
+        self._goals[key] = self._clients[key].send_goal(goal, functools.partial(self._moved, key))
 
     def _ask(self, key, name, type_, request):
         try:

@@ -24,7 +24,7 @@ class GuardedRobot(Robot):
         node, profile = self._node, ros_parameters.qos_profile("reliable", 1000)
         self._hear(PACKAGE + TOLD[0][1:], String, self._on_told, profile)
         self.attempted, self.onward = {}, {}
-        self._commands, self._callers, self._clients_of, self._handles = {}, {}, {}, {}
+        self._commands, self._callers, self._clients_of = {}, {}, {}
         for topic, *_, type_, rows in TABLES.commands:
             publisher = node.create_publisher(type_, resolved(topic), profile)
             for key, *_ in rows:
@@ -90,8 +90,9 @@ class GuardedRobot(Robot):
     def attempt(self, key, kind, fields):
         """Send a command, and return what it carries; or cancel the latest goal."""
         if kind == "cancel":
-            self._player.wait(lambda: key in self._handles, "the acceptance of the goal")
-            self._clients_of[key].ask(self._handles[key].cancel_goal_async)
+            goal = self._sent_goals[key]
+            self._player.wait(lambda: goal.handle is not None, "the acceptance of the goal")
+            self._clients_of[key].ask(goal.handle.cancel_goal_async)
             return None
         if key in self._commands:
             publisher, type_ = self._commands[key]
@@ -107,14 +108,14 @@ class GuardedRobot(Robot):
             future.add_done_callback(lambda f: self._end(key, ("response", plain(f.result()))))
             return self._told(client.srv_type.Request, request)
         client = self._clients_of[key]
-        self._handles.pop(key, None)
+        latest = self._new_goal(key)
         goal = self.filled(client._action_type.Goal(), fields)
         sent = client.ask(
             lambda: client.send_goal_async(
                 goal, feedback_callback=lambda m: self._arrive((key, "progress"), m.feedback)
             )
         )
-        sent.add_done_callback(lambda future: self._goal_answered(key, future.result()))
+        sent.add_done_callback(lambda future: self._goal_answered(key, latest, future.result()))
         return self._told(client._action_type.Goal, goal)
 
     @staticmethod
@@ -122,16 +123,16 @@ class GuardedRobot(Robot):
         """Return what a message carries; None where it is sent in another form than it arrives."""
         return None if ros_messages.has_oddities(type_) else plain(message)
 
-    def _goal_answered(self, key, goal):
-        if not goal.accepted:
-            self._end(key, ("error", None))
+    def _goal_answered(self, key, goal, handle):
+        if not handle.accepted:
+            self._goal_ended(key, goal, ("error", None))
             return
-        self._handles[key] = goal
-        ended = self._clients_of[key].ask(goal.get_result_async)
-        ended.add_done_callback(lambda f: self._goal_over(key, f.result()))
+        goal.handle = handle
+        ended = self._clients_of[key].ask(handle.get_result_async)
+        ended.add_done_callback(lambda f: self._goal_over(key, goal, f.result()))
 
-    def _goal_over(self, key, ended):
-        self._end(key, (ENDS.get(ended.status, "error"), plain(ended.result)))
+    def _goal_over(self, key, goal, ended):
+        self._goal_ended(key, goal, (ENDS.get(ended.status, "error"), plain(ended.result)))
 
     def _act_for_controller(self, key, type_, goal):
         return self._act(type_, goal, self._asked([(key, "call")], goal.request))

@@ -76,7 +76,7 @@ def _build_generated(folder: Path) -> None:
         *CALLED,
     ):
         write(package_of(model), folder / "src")
-    for model in ("gauntlet", "courier", "lantern"):
+    for model in ("gauntlet", "courier", "lantern", "hoist"):
         write(package_of(model, mode="monitor"), folder / "src")
     for model in ("orders", "missions", "courier", "sentry"):
         write(package_of(model, mode="supervisor"), folder / "src")

@@ -29,6 +29,7 @@ OTHERS = (
     "courier_monitor",
     "sentry_supervisor",
     "lantern_monitor",
+    "hoist_monitor",
     "orders_supervisor",
     "missions_supervisor",
 )

@@ -128,6 +128,7 @@ def _build(bed: Bed, folder: Path) -> None:
         generate(folder, reflector, "--mode", mode, prefix=known)
     for mode in ("controller", "supervisor", "monitor"):
         generate(folder, mirror, "--mode", mode, "--package", f"mirror_{mode}", prefix=known)
+    generate(folder, GOLDEN / "models" / "hoist.rscd", "--mode", "monitor", prefix=known)
     (folder / "managed.yaml").write_text("lifecycle: true\n", encoding="utf-8")
     for mode in ("controller", "supervisor"):
         name = ("--package", f"guarded_arm_managed_{mode}")

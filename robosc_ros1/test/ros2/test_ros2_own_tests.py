@@ -27,6 +27,7 @@ from ros2.ros2_support import Graph
         "mirror_monitor",
         "guarded_arm_monitor",
         "line_follower_monitor",
+        "hoist_monitor",
     ],
 )
 def test_what_a_node_does_is_judged(graph: Graph, built: Any, package: str) -> None:

@@ -10,7 +10,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.runtime.core.values import Undefined
 from robosc.simulate.faults import InvalidLine
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import Carried, ExactStep, State, Steps
+from robosc.traces.exact_steps import NOTHING, Carried, ExactStep, State, Steps
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,9 @@ def attempted(
     steps: Steps, coverage: Coverage, step: ExactStep, state: State, sent: Carried
 ) -> Attempt | None:
     """What becomes of a command that carries ``sent``; None if it is no attempt worth showing: the
-    end of what has not begun, a goal that takes the place of another one, one that runs though the
-    components have no place for it, or a correction that does not fit into its field."""
+    end of what has not begun, an error that is told by an answer which passes, a goal beside one
+    that it cannot replace, one that runs though the components have no place for it, or a
+    correction that does not fit into its field."""
     try:
         made, fields = steps.made(step, state, sent)
         steps.fields.narrow(step.event, fields)
@@ -40,10 +41,13 @@ def attempted(
     except InvalidLine:
         return None
     is_allowed = coverage.allows(step, state, made)
+    answer = steps.told_as(step)
+    if answer and (steps.reads_data(answer) or coverage.allows(answer, state, NOTHING)):
+        return None
     if step.event.kind is not EventKind.REQUEST:
         if not is_allowed:
             return None
-    elif _kind(steps, step) is Kind.ACTION and step.phase and state[step.phase] != "idle":
+    elif _kind(steps, step) is Kind.ACTION and not step.in_phase(state):
         return None
     changes = bool(fields) and steps.follows
     after = step.after(state, sent if changes else made)
@@ -55,6 +59,8 @@ def attempted(
     if is_allowed and after is not None and not changes:
         cases |= coverage.of_step(step, state, made, after)
         return Attempt(True, after, frozenset(cases), fields, None)
+    if step.replaces(state) and not is_allowed:
+        cases.add(("replaced", step.number, False))
     reasons = coverage.reasons(step, state, made)
     if is_allowed:
         reasons = None  # of which a monitor tells that it would have been corrected

@@ -133,6 +133,11 @@ class Coverage:
     # --- all cases -------------------------------------------------------------------------------
 
     def _all(self) -> Iterator[tuple[Case, str]]:
+        for number in self.steps.on_states:
+            requirement = self.robot.requirements[number]
+            told = f"{shortened_text(requirement.text, LONG)} ({place(requirement.span)})"
+            yield ("states", number, True), f"{told} holds"
+            yield ("states", number, False), f"{told} is violated"
         for rule in self.rules:
             yield from self._of_rule(rule)
         for step in self.steps.steps:
@@ -154,6 +159,10 @@ class Coverage:
     def _of_rule(self, rule: CommandDemands) -> Iterator[tuple[Case, str]]:
         number, name = rule.step.number, label(rule.step.event)
         yield ("sent", number), f"{name} is sent"
+        if rule.step.may_replace:
+            yield ("replaced", number, True), f"{name} takes the place of the goal that runs"
+            if self.steps.guards_others:
+                yield ("replaced", number, False), f"{name} must not take the place of another goal"
         for index, demand in enumerate(rule.demands):
             demanded = shortened_text(demand.text, LONG)
             for outcome, text in _outcomes(demand.condition):
@@ -199,7 +208,8 @@ class Coverage:
 
     def of_state(self, state: State) -> set[Case]:
         """The cases of a state in which the controller waits."""
-        found: set[Case] = set()
+        violated = self.steps.violated(state)
+        found: set[Case] = {("states", n, n not in violated) for n in self.steps.on_states}
         for rule in self.rules:
             if not self.steps.guards_others:
                 self._see_rule(rule, state, found, None)
@@ -255,6 +265,7 @@ class Coverage:
         if step.event.controllable:
             if step.event.kind is not EventKind.TAU:
                 found.add(("sent", step.number))
+                found |= {("replaced", step.number, True)} if step.replaces(state) else set()
                 found |= self.of_state_of(step, state, carried)
                 self._see_data(step, state, found)
         else:

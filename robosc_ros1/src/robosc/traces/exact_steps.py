@@ -220,6 +220,15 @@ class ExactStep:
     def in_phase(self, state: State) -> bool:
         return self.phase is None or state[self.phase] in self.sources
 
+    def replaces(self, state: State) -> bool:
+        """Whether it is a goal that takes the place of the one that runs."""
+        return self.may_replace and self.phase is not None and state[self.phase] == "busy"
+
+    @property
+    def may_replace(self) -> bool:
+        """Whether it is a goal that may take the place of another one."""
+        return self.event.kind is EventKind.REQUEST and "busy" in self.sources
+
     def blocked_by(self, state: State, carried: Carried) -> list[Partner]:
         return [p for p in self.partners if p.blocking and p.edge(state, carried) is None]
 
@@ -343,28 +352,32 @@ def _data(data: Data) -> Function:
 class Steps:
     """All events of a supervised plant, compiled.
 
-    ``by_time`` are events, by identity, that only time can cause on the robot; ``rates`` are
+    ``mute`` are the keys of services that cannot tell that they have failed; ``rates`` are
     parameters of the node. ``follows``: what is forbidden happens, as for a monitor; ``unjudged``
     are the keys of what that cannot hear or judge; ``fields`` are those of messages.
+    ``judges_states``: requirements on states are judged, as by a monitor that hears all.
     """
 
     def __init__(
         self,
         supervisor: Supervisor,
-        by_time: Collection[Any] = (),
+        mute: Collection[str] = (),
         rates: Mapping[str, float] = MappingProxyType({}),
         follows: bool = False,
         unjudged: Collection[str] = (),
         fields: Fields | None = None,
+        judges_states: bool = False,
     ) -> None:
         self.supervisor = supervisor
         self.fields = Fields() if fields is None else fields
-        self.by_time = frozenset(by_time)
+        self.mute = frozenset(mute)
         self.rates = rates
         self.follows = follows
         self.unjudged = frozenset(unjudged)
         self.plant = supervisor.plant
         self.robot = self.plant.robot
+        invariants = self.plant.invariants if judges_states else ()
+        self.on_states = {n: function(exact(met)) for met, n in invariants}
         self.guards = {g.event.identity: g for g in whole_guards(supervisor)}
         wholes = {(e.whole or e).identity: e.whole or e for e in self.plant.events}
         self.steps = [self._step(n, e) for n, e in enumerate(wholes.values())]
@@ -465,10 +478,12 @@ class Steps:
         if not self.guards_others:
             return [s for s in self.steps if not s.event.controllable]
         found = [s for s in self.steps if not s.event.controllable]
-        found = [s for s in found if not (self.follows and s.event.identity in self.by_time)]
-        # A monitor may hear feedback before it knows of the goal, or not at all.
-        heard = [s for s in found if not (self.follows and s.event.kind is EventKind.FEEDBACK)]
-        return [s for s in (*heard, *self.commands) if s.event.key not in self.unjudged]
+        found = [s for s in found if not (self.follows and self._is_mute(s))]
+        return [s for s in (*found, *self.commands) if s.event.key not in self.unjudged]
+
+    def violated(self, state: State) -> list[int]:
+        """The requirements on states, by number, that do not hold."""
+        return [n for n, met in self.on_states.items() if not holds(met, state)]
 
     def correcting(self) -> set[str]:
         """The variables that decide what becomes of the commands of another controller."""
@@ -530,7 +545,16 @@ class Steps:
 
     def comes_by_time(self, step: ExactStep) -> bool:
         """Whether time brings an event, and nothing else."""
-        return step.event.kind.clocked or step.event.identity in self.by_time
+        return step.event.kind.clocked or self._is_mute(step)
+
+    def _is_mute(self, step: ExactStep) -> bool:
+        return step.event.kind is EventKind.ERROR and step.event.key in self.mute
+
+    def told_as(self, step: ExactStep) -> ExactStep | None:
+        """The answer as which another controller tells an error, where it has no word for it."""
+        if step.event.kind is not EventKind.REFUSAL or step.event.key not in self.mute:
+            return None
+        return self.by_event.get((EventKind.ANSWER, step.event.key, 0))
 
     def refusal_of(self, step: ExactStep) -> ExactStep | None:
         """The error as which an answer counts that is not as expected; None: none is expected."""
@@ -555,9 +579,11 @@ class Steps:
         return step.allowed(state) and not any(other.allowed(state) for other in others)
 
     def completed(self, state: State, limit: int = 64) -> Iterator[tuple[ExactStep, State, State]]:
-        """Yield the internal transitions that follow, each with the states before and after."""
+        """Yield the internal transitions that follow, each with the states before and after; where
+        they never end, until a state comes again."""
+        passed = [state]
         going_on = True
-        while going_on and limit:
+        while going_on and len(passed) <= limit:
             going_on = False
             for step in self.taus:
                 if step.guard is not None and not holds(step.guard, state):
@@ -565,7 +591,10 @@ class Steps:
                 after = step.after(state)
                 if after is not None and after != state:
                     yield step, state, after
-                    state, going_on, limit = after, True, limit - 1
+                    if after in passed:
+                        return
+                    state, going_on = after, True
+                    passed.append(state)
 
     def settled(
         self, state: State, first: ExactStep | None = None

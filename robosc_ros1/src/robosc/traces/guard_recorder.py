@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from robosc.expr.tree import TRUE
+from robosc.language.events import EventKind
 from robosc.plant.automaton import Event
 from robosc.plant.build import lower
 from robosc.runtime.core.values import NOW, jsonable
@@ -66,9 +67,12 @@ class GuardRecorder(Recorder):
         cases = set(attempt.cases) | self._complete()
         if attempt.is_allowed and step.event.key in self._overdue:
             self._due[step.event.key] = self.machine.time + self._overdue[step.event.key]
-        if attempt.is_allowed and step.event.kind.sent:
-            self._told_of.discard(step.event.key)
+        if step.event.kind is EventKind.REQUEST and (attempt.is_allowed or self._steps.follows):
+            self._note_request(step.event.key, before)
         self._take(step, sample, attempt)
+        if self.machine.stopped is not None:
+            self.is_over = True
+            return
         expected = tuple(self._outcome(step, sample, attempt))
         self._tell(text, expected, assigned, self._stays(step, before, cases), before, cases)
 
@@ -108,6 +112,7 @@ class GuardRecorder(Recorder):
         cases: set[Case],
     ) -> None:
         expected = (*expected, *self._changes(before, assigned, staying), *self._reasons())
+        expected = (*expected, *self._violations())
         self.run.lines.append(RunLine(text, expected, frozenset(cases)))
 
 

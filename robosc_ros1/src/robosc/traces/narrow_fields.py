@@ -57,7 +57,8 @@ class KnownFields(Fields):
                 path for path in value_parts(self._robot, event) if self._arrives(event, path)
             ]
         for path in self._elements[event.identity]:
-            if not any(path_text(path[:end]) in raw for end in range(1, len(path) + 1)):
+            around = {path_text(path[:end]) for end in range(1, len(path) + 1)}
+            if not any(name in around or name.startswith(f"{path_text(path)}.") for name in raw):
                 raise InvalidLine(f"{path_text(path)} always arrives")
 
     def _arrives(self, event: Event, path: Path) -> bool:

@@ -30,7 +30,7 @@ from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample
-from robosc.traces.search import Move
+from robosc.traces.search import Move, value_of
 
 PATIENCE = 100000
 """Seconds of deadlines that no run is to meet: calls are answered by scripts."""
@@ -115,13 +115,16 @@ class Recorder:
 
     def _begin(self, steps: Steps, coverage: Coverage, told: set[Any]) -> None:
         self._told = told
-        self._told_of: set[str] = set()
-        """The actions with feedback on the goal that runs, by key."""
+        self._is_accepted: set[str] = set()
+        """The actions, by key, of which a goal runs that the server has surely taken."""
         self._steps = steps
         self._coverage = coverage
         self._robot = steps.robot
         self.state: State = steps.initial
         self.is_over = False
+        self._violated: set[int] = set()
+        self._new_violations: list[int] = []
+        """The requirements on states that do not hold now, and of these what no line tells yet."""
         self._stages: dict[str, list[str]] = {}
         for name in told_stages(self._robot):
             self._stages.setdefault(place_of(name), []).append(stage_of(name))
@@ -150,8 +153,7 @@ class Recorder:
             elif communication.kind in (Kind.SERVICE, Kind.ACTION):
                 overdue = _parameter(given)
                 if overdue is None:
-                    by_time = steps.by_time & {(EventKind.ERROR, key, 0)}
-                    overdue = OVERDUE if by_time else PATIENCE
+                    overdue = OVERDUE if key in steps.mute else PATIENCE
                     parameters[f"timeout/{names[key]}"] = overdue
                 if communication.kind is Kind.SERVICE:
                     self._overdue[key] = overdue
@@ -175,15 +177,14 @@ class Recorder:
             self.is_over = True
             return
         if event.kind is EventKind.FEEDBACK:
-            self._told_of.add(event.key)
+            self._is_accepted.add(event.key)
         happened = self.machine.fire(event, sample.given)
         text = f"{label(event)} {sample.text}".strip()
         for key in (event.key, *(other.key for other, _ in sample.also)):
             if f"~{key}" in self._timeouts:
                 self._heard[f"~{key}"] = step, sample, self.machine.time
         self._also = {other.identity: parts for other, parts in sample.also}
-        value: Case = ("value", step.number, sample.text)
-        self._record(text, step, sample.parts, happened, value)
+        self._record(text, step, sample.parts, happened, value_of(step, sample))
 
     def _own(self, event: Event) -> Event:
         """An event as the machine knows it."""
@@ -191,7 +192,14 @@ class Recorder:
 
     def _runs(self, key: str) -> bool:
         """Whether a goal is known to have been accepted, so that it cannot be rejected."""
-        return key in self._told_of or self.state[f"~{key}"] == "cancelling"
+        return key in self._is_accepted or self.state[f"~{key}"] == "cancelling"
+
+    def _note_request(self, key: str, before: State) -> None:
+        """A goal that takes the place of another one is not rejected: something was begun."""
+        if before.get(f"~{key}") == "idle":
+            self._is_accepted.discard(key)
+        else:
+            self._is_accepted.add(key)
 
     def beat(self) -> None:
         """Let time pass until a command is repeated, or a clock brings something else, but no
@@ -286,25 +294,42 @@ class Recorder:
         happened: Iterable[Happening],
         *shown: Case,
     ) -> None:
+        if self.machine.stopped is not None:  # by internal transitions that never end
+            self.is_over = True
+            return
         before, cases = self.state, set(shown)
         assigned = set() if step is None else set(_assigned(step, before, parts))
         sent: list[tuple[ExactStep, Any]] = []
         try:
             for happening in happened:
+                if happening.kind != EventKind.TAU.word:
+                    self._look_at_states()
                 cases |= self._follow(happening, step, parts, sent)
             self._demand_all(before, happened, sent)
         except Disagreement:
             self.is_over = True
         cases |= self._coverage.of_state(self.state)
         cases |= set() if step is None else through(step, before, self.state)
-        if self.machine.stopped is not None:
-            self.is_over = True
         expected = (
             *self._applied(step, before, parts),
             *self._expected(before, sent, assigned, self._stays(step, before, cases)),
             *self._reasons(),
+            *self._violations(),
         )
         self.run.lines.append(RunLine(text, expected, frozenset(cases)))
+
+    def _look_at_states(self) -> None:
+        """Notice which requirements on states hold, as a monitor does after each input."""
+        violated = self._steps.violated(self.state)
+        self._new_violations = [n for n in self._new_violations if n in violated]
+        self._new_violations += [n for n in violated if n not in self._violated]
+        self._violated = set(violated)
+
+    def _violations(self) -> Iterator[str]:
+        """What a monitor finds about the state, if it stays."""
+        self._look_at_states()
+        yield from (f"violated {self._robot.requirements[n].text}" for n in self._new_violations)
+        self._new_violations = []
 
     def _follow(
         self,
@@ -344,7 +369,7 @@ class Recorder:
         key = found.event.key
         self._due.pop(key, None)
         if found.event.kind is EventKind.REQUEST:
-            self._told_of.discard(key)
+            self._note_request(key, self.state)
         if found.event.kind is EventKind.REQUEST and key in self._overdue:
             self._due[key] = (happening.time or 0.0) + self._overdue[key]
         after = found.after(self.state, carried)

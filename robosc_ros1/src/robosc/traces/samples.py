@@ -7,6 +7,7 @@ before any enum converts them.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -69,6 +70,8 @@ class Sample:
     """Whether a server rejects a goal: that has no result, where what it ends otherwise has one."""
     also: tuple[tuple[Event, Mapping[Any, Any]], ...] = ()
     """The events that the same message is besides, with the parts that they read."""
+    converted: str = ""
+    """What enums make something else of, as text."""
 
 
 class Fields:
@@ -120,11 +123,6 @@ class Samples:
                 break
         return list(found.values())
 
-    def converts(self, event: Event) -> bool:
-        """Whether an enum makes something else of a part of the value."""
-        type_ = value_type(self.robot, event)
-        return any(True for _ in enums(type_, ()))
-
     def around(self, event: Event, sample: Sample) -> list[Sample]:
         """The samples that differ from one in a single part."""
         if not isinstance(sample.raw, dict):
@@ -157,7 +155,16 @@ class Samples:
             return None
         rounded = None if narrow == raw else self._parts(event, arrived)
         rejects = raw == {"reason": REJECTED} or (raw is None and self._has_result(event))
-        return Sample(text, given, self._parts(event, given), raw, rounded, rejects, tuple(also))
+        parts, converted = self._parts(event, given), self._converted(event, raw)
+        return Sample(text, given, parts, raw, rounded, rejects, tuple(also), converted)
+
+    def _converted(self, event: Event, raw: Any) -> str:
+        """What enums make something else of, in the parts that are read."""
+        read = value_parts(self.robot, event).items()
+        names = {path_text((*path, *inner)) for path, t in read for _, inner in enums(t, ())}
+        if not (isinstance(raw, dict) and all(names)):
+            return _text(raw) if names else ""
+        return _text({n: v for n, v in raw.items() if n in names or _around(n) & names})
 
     def _has_result(self, event: Event) -> bool:
         """Whether it is the error of a goal whose result is read."""
@@ -309,11 +316,11 @@ class Samples:
         longest = max([4, *(abs(int(i)) for i in indexes)]) + 1
         items = list(self._of_type(event, path, element))
         usual = items[:2]
-        for item in items:
-            yield [item] * longest
-        for length in LENGTHS:
+        for length in (longest, *LENGTHS):
             for item in usual:
                 yield [item] * length
+        for item in items[2:]:
+            yield [item] * longest
         for place in dict.fromkeys([*map(int, indexes), longest // 2, 0]):
             for item in items[:12]:
                 for rest in usual:
@@ -364,6 +371,11 @@ _OF_SCANS = {"angle_min": -1.0, "angle_increment": 0.5, "range_min": 0.05, "rang
 def _likely(name: str, values: list[Any]) -> list[Any]:
     usual = _OF_SCANS.get(dotted.last(name))
     return values if usual is None else [usual]
+
+
+def _around(name: str) -> set[str]:
+    """The names of the parts in which a part is."""
+    return {name[: found.start()] for found in re.finditer(r"[.\[]", name)}
 
 
 def _bounded(raws: Iterable[Any]) -> Iterator[Any]:

@@ -15,7 +15,7 @@ from robosc.emit.package.package import Mode
 from robosc.emit.supervisor.listening import unheard
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.expr.tree import FALSE
-from robosc.language.events import EventKind, Kind
+from robosc.language.events import Kind
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.simulate.machines.machine import label
 from robosc.simulate.start import supervisor_with
@@ -68,13 +68,14 @@ class Traces:
 def choose(
     supervisor: Supervisor,
     fields: Fields | None = None,
-    by_time: Collection[Any] = (),
+    mute: Collection[str] = (),
     rates: Mapping[str, float] = MappingProxyType({}),
     follows: bool = False,
     unjudged: Collection[str] = (),
+    judges_states: bool = False,
 ) -> Traces:
     """Choose the runs of a supervised robot; all else is as in Steps."""
-    steps = Steps(supervisor, by_time, rates, follows, unjudged, fields)
+    steps = Steps(supervisor, mute, rates, follows, unjudged, fields, judges_states)
     coverage = Coverage(steps)
     samples = Samples(steps.robot, [s.event for s in steps.steps], steps.fields)
     proved = unreachable(coverage)
@@ -142,6 +143,9 @@ def _extend(
         search.expand(node)
         path = search.path(node, wanted)
         if path is None:
+            search.convert(node, wanted)
+            path = search.path(node, wanted)
+        if path is None:
             break
         for edge in path:
             new = _play(recorder, search, edge, wanted)
@@ -198,14 +202,17 @@ def test_files(
     configured = supervisor_with(supervisor, config.parameters)
     robot = configured.plant.robot
     definitions = MessageDefinitions.for_model(model, ros_version=target[-1])
-    services = [c.key for c in robot.communications.values() if c.kind is Kind.SERVICE]
+    services = (Kind.SERVICE, Kind.SERVED_SERVICE)
     # A service of ROS 2 cannot tell that it has failed.
-    by_time = [(EventKind.ERROR, key, 0) for key in services if target == "ros2"]
+    mute = [c.key for c in robot.communications.values() if c.kind in services]
+    mute = mute if target == "ros2" else []
     rates = {n: float(v) for n, v in config.parameters.items() if n.startswith("rate/")}
     follows = mode == "monitor"
-    hidden = unheard(configured, file_of(robot.span), target == "ros1") if follows else ()
+    hidden, sees_all = frozenset[str](), False
+    if follows:
+        hidden, sees_all = unheard(configured, file_of(robot.span), target == "ros1")
     known = KnownFields(robot, definitions)
-    traces = choose(configured, known, by_time, rates, follows, hidden)
+    traces = choose(configured, known, mute, rates, follows, hidden, sees_all)
     return files(configured, traces, config.untested)
 
 
@@ -257,24 +264,21 @@ def requirement_rows(supervisor: Supervisor, traces: Traces) -> list[Requirement
             for n, demand in enumerate(rule.demands)
             if demand.requirement == index
         }
-        if not demands:
+        sides = [{("states", index, value)} & traces.cases.keys() for value in (True, False)]
+        for case in traces.cases:
+            if case[0] == "demand" and case[1:3] in demands:
+                sides[case[-2] is False].add(case)
+        if not any(sides):
             continue
-        met, violated = (_side(traces, names, demands, value) for value in (True, False))
+        met, violated = (_side(traces, names, cases) for cases in sides)
         rows.append((requirement.text, place(requirement.span), met, violated))
     return rows
 
 
-def _side(
-    traces: Traces, names: Sequence[str], demands: Collection[tuple[int, int]], value: bool
-) -> Shown:
-    """What shows one of some demands so."""
-    cases = {
-        case
-        for case in traces.cases
-        if case[0] == "demand" and case[1:3] in demands and case[-2] is value
-    }
+def _side(traces: Traces, names: Sequence[str], cases: Collection[Case]) -> Shown:
+    """What shows one of some cases."""
     pairs = zip(names, traces.runs, strict=True)
-    shown = [name for name, run in pairs if not cases.isdisjoint(run.cases)]
+    shown = [name for name, run in pairs if not run.cases.isdisjoint(cases)]
     return shown, "" if shown else f"not shown ({traces.why(cases)})"
 
 

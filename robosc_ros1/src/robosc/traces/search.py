@@ -93,8 +93,8 @@ class InputGraph:
         were. A model may have few places and count a lot, or many places."""
         self._turn = 0
         self._places_tried: set[Any] = set()
-        self._converted: set[int] = set()
-        """The events of whose value an enum makes another one."""
+        self._converted: dict[Case, Sample] = {}
+        """By the case that it shows, what an enum makes something else of."""
         self._promising: deque[tuple[Node, ExactStep, Sample]] = deque()
         near: dict[Case, set[Case]] = {}
         for case in coverage.cases:
@@ -233,9 +233,12 @@ class InputGraph:
             if len(alike) == 1 and self._differ(alike[0][1], ends):
                 alike.append((sample, ends))
         firsts = [alike[0][0] for alike in found.values()]
-        if self._samples.converts(step.event):
-            firsts += self._samples.of(step.event)[:CONVERTED]
-            self._converted.add(step.number)
+        converted: dict[Case, Sample] = {}
+        for sample in self._samples.of(step.event):
+            if sample.converted and len(converted) < CONVERTED:
+                converted.setdefault(value_of(step, sample), sample)
+        firsts += converted.values()
+        self._converted |= converted
         seconds = [sample for alike in found.values() for sample, _ in alike[1:]]
         return list(dict.fromkeys([*firsts, *seconds]))
 
@@ -286,6 +289,14 @@ class InputGraph:
                 usual = self._tries if places not in self._places_tried else self._most[step.number]
                 self._try(node, step, samples[:usual])
                 self._places_tried.add(places)
+
+    def convert(self, node: Node, wanted: set[Case]) -> None:
+        """Try at a node the values whose conversion is wanted."""
+        for step, _ in self._inputs:
+            found = self._converted.items()
+            mine = [sample for case, sample in found if case in wanted and case[1] == step.number]
+            if mine and step.in_phase(node.state):
+                self._try(node, step, mine)
 
     def _refine(self, node: Node, step: ExactStep, sample: Sample) -> None:
         """Try what differs little from a sample that has shown that a number decides."""
@@ -349,8 +360,7 @@ class InputGraph:
             if then is not None:
                 after = then
                 cases |= self.coverage.of_step(other, before, others, after)
-        if step.number in self._converted:
-            cases.add(("value", step.number, sample.text))
+        cases |= {value_of(step, sample)} & self._converted.keys()
         state = after
         unseen = [self._by_case[case] for case in self._unseen()]
         for taken, before, after in self.steps.settled(state, first):
@@ -410,6 +420,11 @@ class InputGraph:
             edges.append(edge)
             step = came[node.number]
         return edges[::-1]
+
+
+def value_of(step: ExactStep, sample: Sample) -> Case:
+    """The case that an event carries what enums make something else of."""
+    return "value", step.number, sample.converted
 
 
 def scaled(most: int, coverage: Coverage) -> int:

@@ -74,6 +74,8 @@ class _PossibleCases:
 
     def _of_command(self, step: ExactStep) -> Iterator[Case]:
         rule = self._coverage.rules_by_number[step.number]
+        if step.replaces(self._state):
+            yield from (("replaced", step.number, value) for value in (True, False))
         demands = [self._possible(demand.condition) for demand in rule.demands]
         open_partners = []
         for partner in step.partners:

@@ -8,6 +8,13 @@ import re
 from robot_tables import TABLES, ros_messages
 
 
+class SentGoal:
+    """A goal of another controller: its handle, once that is known, and the goal before."""
+
+    def __init__(self, former):
+        self.handle, self.former = None, former
+
+
 class PlayedRobot:
     """The connections of the robot; they stay while nodes come and go.
 
@@ -24,6 +31,8 @@ class PlayedRobot:
         self._player = None
         self._publishers, self._frames = {}, {}
         self._servers, self.place = [], {}
+        self._sent_goals = {}
+        """The latest goal of another controller, by key."""
 
     def filled(self, message, fields):
         """Return a message with these fields. Raises whatever it does where they do not fit."""
@@ -61,6 +70,21 @@ class PlayedRobot:
             told = self._player.on_blocked if self.sends else self._player.on_finding
             told(json.loads(message.data))
 
+    def _new_goal(self, key):
+        """Return a goal of another controller, which takes the place of the one before."""
+        goal = self._sent_goals[key] = SentGoal(self._sent_goals.get(key))
+        return goal
+
+    def take_back(self, key):
+        """Let the goal go on in whose place a blocked one was to come."""
+        if key in self._sent_goals:
+            self._sent_goals[key] = self._sent_goals[key].former
+
+    def _goal_ended(self, key, goal, end):
+        """Pass on how a goal of another controller has ended, unless another took its place."""
+        if self._sent_goals.get(key) is goal:
+            self._end(key, end)
+
     def _end(self, key, end):
         """Pass on how a call of another controller has ended."""
         if self._player is not None:
@@ -82,7 +106,7 @@ class PlayedRobot:
         return [(name, type_, keys) for name, (type_, keys) in found.items()]
 
     def _begin_run(self, player, process):
-        self._unanswered = set()
+        self._unanswered, self._sent_goals = set(), {}
         self._process, self._player = process, player
 
     def _end_run(self):

@@ -51,6 +51,8 @@ class Player:
         """What was sent last: the events, with the messages that arrived."""
         self._found, self._forbidden = set(), set()
         """The numbers of the events of a monitor's findings, and of those that are expected."""
+        self._violated = []
+        """The requirements on states that a monitor found violated, and no line expects."""
         self._late = []
         """Where ends of another controller's calls come that time has caused."""
         self._passing = {}
@@ -84,7 +86,9 @@ class Player:
 
     def on_finding(self, document):
         with self._changed:
-            if document["event"]["kind"] != "state":
+            if document["event"]["kind"] == "state":
+                self._violated.append(document["reasons"][0]["text"])
+            else:
                 self._found.add(document["number"])
             self._changed.notify_all()
 
@@ -158,6 +162,8 @@ class Player:
         self._settle()
         if not self._found <= self._forbidden:
             raise Fault("at the end: findings of events that were allowed")
+        if self._violated:
+            raise Fault("at the end: findings of states: " + ", ".join(self._violated))
         if self._sent():
             raise Fault("at the end: sent: %s; expected: nothing" % ", ".join(self._sent()))
 
@@ -237,6 +243,7 @@ class Player:
         entry = self._events[self._happened(name, kind, count)]
         if entry["outcome"] == "blocked" and COMMUNICATIONS[name]["kind"] in CALLED:
             self._arrived_at((key, "end"), "the end of what is blocked")
+            self.robot.take_back(key)
 
     def _demand_passed_on(self, key, kind, sort, fields):
         """Demand that a supervisor passes on what the robot sends."""
@@ -283,6 +290,9 @@ class Player:
             self._expect_enabled(rest, word == "enabled")
         elif word in ("blocked", "forbidden"):
             self._expect_reasons(word, rest, count)
+        elif word == "violated":
+            self.wait(lambda: rest in self._violated, "the finding of " + rest)
+            self._violated.remove(rest)
         elif text in ("applied", "mismatch"):
             wrong = [e["detail"] for e in self._events[count:] if e["outcome"] == "mismatch"]
             if bool(wrong) is (text == "applied"):

@@ -63,13 +63,16 @@ def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> 
     )
 
 
-def unheard(supervisor: Supervisor, source: str, shows_results: bool) -> frozenset[str]:
+def unheard(
+    supervisor: Supervisor, source: str, shows_results: bool
+) -> tuple[frozenset[str], bool]:
     """The keys of the communications that a monitor cannot hear, and of the commands that it does
-    not judge; the last one is as in :func:`heard`."""
+    not judge; and whether it knows the whole state. The last argument is as in :func:`heard`."""
     robot = supervisor.plant.robot
     context = controller_context(supervisor, source)
     unseen = _unseen(robot, context, shows_results)
-    return frozenset((*unseen, *_unjudged(context, unseen), *_by_data(robot)))
+    hidden = frozenset((*unseen, *_unjudged(context, unseen), *_by_data(robot)))
+    return hidden, not _unknown(context, unseen)
 
 
 def _orders(supervisor: Supervisor, unseen: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
@@ -186,11 +189,16 @@ def _by_data(robot: Robot) -> tuple[str, ...]:
     return tuple(dict.fromkeys(key for r in found for key in r.communications))
 
 
-def _unjudged(context: ControllerContext, unseen: tuple[str, ...]) -> tuple[str, ...]:
+def _unknown(context: ControllerContext, unseen: tuple[str, ...]) -> frozenset[str]:
+    """The attributes of a controller that a monitor does not know."""
     events = [(i.key, i.reaction.writes) for i in context.inputs]
     events += [(c.key, c.reaction.writes) for c in context.commands]
     steps = [(tau.reads, tau.writes) for tau in context.taus]
     steps += [(after.reads, after.writes) for after in context.afters]
-    unknown = unknown_attributes(unseen, events, steps)
+    return unknown_attributes(unseen, events, steps)
+
+
+def _unjudged(context: ControllerContext, unseen: tuple[str, ...]) -> tuple[str, ...]:
+    unknown = _unknown(context, unseen)
     found = [c.key for c in context.commands if not unknown.isdisjoint(c.reads)]
     return tuple(dict.fromkeys([*found, *unseen]))

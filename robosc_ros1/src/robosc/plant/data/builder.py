@@ -364,9 +364,10 @@ class ViewBuilder:
         return (scope if isinstance(term, tree.ValueRef) else None), term
 
     def _join(self, term: terms.Term, scope: view.Scope, update: tree.Expr) -> None:
-        if isinstance(update, tree.Holds):
-            self._note(scope, update)
-        elif isinstance(update, tree.ChoiceRef):
+        for part in traversal.walk(update):
+            if isinstance(part, tree.Holds):
+                self._note(scope, part)
+        if isinstance(update, tree.ChoiceRef):
             self._note_choice(term, update)
         if isinstance(update, tree.Unary):
             self.turned.append((None, term))

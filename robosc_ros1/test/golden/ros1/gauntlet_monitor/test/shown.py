@@ -41,7 +41,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 82, 108, 40212
+SHOWN, CASES, INPUTS = 85, 108, 40277
 UNKNOWN = []
 UNREACHABLE = []
 NOT_FOUND = [
@@ -75,9 +75,6 @@ NOT_FOUND = [
         "Count.tau1 as expected (line 32, to full): Count.items = 4, just above the number, alone "
         "decides"
     ),
-    "reach.feedback while busy",
-    "reach.feedback in Arm (line 54)",
-    "reach.feedback in Arm (line 54), which changes Arm.progress",
     "set_level.request in Lamp (line 70, to working)",
     "set_level.request in Lamp (line 70, to working), which changes Lamp.level",
     "set_level.response",
