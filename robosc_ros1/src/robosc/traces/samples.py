@@ -316,10 +316,12 @@ class Samples:
         longest = max([4, *(abs(int(i)) for i in indexes)]) + 1
         items = list(self._of_type(event, path, element))
         usual = items[:2]
-        for length in (longest, *LENGTHS):
+        for item in items[:BASES]:
+            yield [item] * longest
+        for length in LENGTHS:
             for item in usual:
                 yield [item] * length
-        for item in items[2:]:
+        for item in items[BASES:]:
             yield [item] * longest
         for place in dict.fromkeys([*map(int, indexes), longest // 2, 0]):
             for item in items[:12]:

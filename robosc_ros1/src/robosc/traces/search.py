@@ -233,9 +233,10 @@ class InputGraph:
             if len(alike) == 1 and self._differ(alike[0][1], ends):
                 alike.append((sample, ends))
         firsts = [alike[0][0] for alike in found.values()]
-        converted: dict[Case, Sample] = {}
+        converted = {value_of(step, one): one for one in reversed(firsts) if one.converted}
+        most = len(converted) + CONVERTED
         for sample in self._samples.of(step.event):
-            if sample.converted and len(converted) < CONVERTED:
+            if sample.converted and len(converted) < most:
                 converted.setdefault(value_of(step, sample), sample)
         firsts += converted.values()
         self._converted |= converted

@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 116, 127, 20019
+SHOWN, CASES, INPUTS = 116, 127, 19567
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",
