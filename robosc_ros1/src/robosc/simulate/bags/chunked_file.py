@@ -47,9 +47,8 @@ class ChunkedFile(ABC):
         if not chunk:
             return self._data
         form, begin, end, size = self._chunks[chunk]
-        with memoryview(self._data)[
-            begin:end
-        ] as packed:  # an exception would keep it, and the file open
+        # An exception would keep the view, and with it the file open.
+        with memoryview(self._data)[begin:end] as packed:
             return unpack(form, packed, size)
 
     @abstractmethod
