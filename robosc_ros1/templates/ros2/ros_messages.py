@@ -73,8 +73,12 @@ def _array_writer(kind, name, element, least, most):
 
 
 def message_class(kind):
-    """Return the class of a field's type such as ``std_msgs/Header``."""
+    """Return the class of a field's type such as ``std_msgs/Header``, or ``nav_msgs/Go_Feedback``:
+    names of messages have no underscore."""
     package, _, name = kind.partition("/")
+    action, _, part = name.partition("_")
+    if part:
+        return getattr(getattr(importlib.import_module(package + ".action"), action), part)
     return getattr(importlib.import_module(package + ".msg"), name)
 
 
