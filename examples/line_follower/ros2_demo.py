@@ -66,7 +66,7 @@ def drive(args: argparse.Namespace, env: dict[str, str], python: str) -> dict[st
     report.unlink(missing_ok=True)
     controller = args.folder / "install" / CONTROLLER / "lib" / CONTROLLER / CONTROLLER
     robot, observer = (HERE / "nodes" / f"{n}_ros2.py" for n in ("simulated_robot", "observer"))
-    given = {"speed": args.speed, "seed": args.seed, "listeners": 2}
+    given = {"speed": args.speed, "seed": args.seed, "listeners": 2, "awaits_switch": True}
     asked = {n: getattr(args, n) for n in ("metres", "seconds", "tolerance")} | {"report": report}
     # Steer as often per simulated second, however fast the simulation runs.
     pace = {"rate": 10.0 * args.speed}

@@ -2,7 +2,8 @@
 
 Start it with ``python3 simulated_robot_ros2.py``. Parameters: speed (simulated seconds per second),
 seed, failure (share of grabs that fail), listeners (nodes that must listen to /distance, one of
-them to all topics, before the first measurement is sent).
+them to all topics, before the first measurement is sent), awaits_switch (whether the light is to be
+switched before).
 """
 
 import contextlib
@@ -40,6 +41,8 @@ class SimulatedRobot(Node):
         self.speed = self.declare_parameter("speed", 1.0).value
         self.failure = self.declare_parameter("failure", 0.35).value
         self.listeners = self.declare_parameter("listeners", 0).value
+        self.awaits_switch = self.declare_parameter("awaits_switch", False).value
+        self.is_switched = False
         self.random = random.Random(self.declare_parameter("seed", 1).value)
         self.world = World(standard_track())
         self.lock = threading.Lock()
@@ -69,6 +72,7 @@ class SimulatedRobot(Node):
 
     def on_light(self, request, response):
         self.light.publish(Bool(data=request.state))
+        self.is_switched = True
         return response
 
     def on_grab(self, goal):
@@ -104,7 +108,8 @@ class SimulatedRobot(Node):
         )
 
     def step(self):
-        self.begun = self.begun or self.is_heard()
+        is_lit = self.is_switched or not self.awaits_switch
+        self.begun = self.begun or (is_lit and self.is_heard())
         if not self.begun:
             return
         with self.lock:

@@ -315,7 +315,9 @@ class Action(GoalCaller):
 
     def _on_result(self, message):
         # Feedback has a connection of its own, and says nothing after the result.
-        if message.status.goal_id.id in self._goals:
+        with self._lock:  # the goal may only just have been sent
+            is_own = message.status.goal_id.id in self._goals
+        if is_own:
             links = self._feedback.impl.connections
             BACKLOG.await_rest([link.socket for link in links if link.socket], FOLLOWING)
         super()._on_result(message)
