@@ -28,8 +28,8 @@ from robosc.traces.samples import Sample, Samples
 
 BUDGET, LEAST = 40000, 60
 """The most inputs that are tried, and the least, however large a model is."""
-PATIENCE, SHORT = 5000, 500
-"""So many inputs are tried after six times those that it took to show the last that is new: where
+PATIENCE, SHORT = 15000, 500
+"""So many inputs are tried after three times those that it took to show the last that is new: where
 cases are left, and where none is, since what is no case may find a fault, too."""
 LARGE = 300
 """So many cases a model may have before less is tried: more cases take longer for each input."""
@@ -175,7 +175,7 @@ class InputGraph:
     def _patience(self) -> int:
         """The number of inputs after which it is unlikely that another one shows anything new."""
         least = SHORT if self._possible <= self.seen else PATIENCE
-        return min(self._budget, least + 6 * self._last)
+        return min(self._budget, least + 3 * self._last)
 
     def _explore_pairs(self) -> None:
         """Expand, in the order in which they were found, the nodes in which two components are as

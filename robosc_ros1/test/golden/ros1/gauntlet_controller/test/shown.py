@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 116, 127, 19567
+SHOWN, CASES, INPUTS = 116, 127, 22530
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",

@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 116, 127, 19591
+SHOWN, CASES, INPUTS = 116, 127, 22515
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",
