@@ -10,6 +10,11 @@ has one.
 
 from ._runtime.core.port import WaitingCall
 from .ros_messages import compose, has_oddities, plain
+from .ros_parameters import qos_profile
+
+CALLS = 100
+"""The most calls that wait to be taken: ROS 2 drops the oldest of more, of ten by default, and tells
+nobody."""
 
 
 def explained(make, text, data):
@@ -40,7 +45,10 @@ class ServedService:
     def serve(self, post, recall):
         """Offer the service; ``post`` gets each request, and the call to answer."""
         convert = plain if has_oddities(self._type.Request) else lambda request: request
-        server = self._node.create_service(self._type, self._name, lambda request, _: request)
+        profile = qos_profile("reliable", CALLS)
+        server = self._node.create_service(
+            self._type, self._name, lambda request, _: request, qos_profile=profile
+        )
         send = server.send_response
 
         def receive(request, header):

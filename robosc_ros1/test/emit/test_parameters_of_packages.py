@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 from emit.golden_packages import model_path
-from ros2.launching import started
+from ros2.launching import given_to, started
 
 from robosc import pipeline
 from robosc.emit.package import ros1_target, ros2_target
@@ -128,11 +128,11 @@ def test_the_launch_file_of_ros_2_takes_what_differs_between_launches(
     launch = tmp_path / PACKAGE / "launch" / f"{PACKAGE}.launch.py"
     names = AT_LAUNCH | {"use_sim_time"}
     (node,) = started(launch, str, **dict.fromkeys(names, "7"))
-    assert set(node.parameters[1]) == names
+    assert set(given_to(node, f"/{PACKAGE}")) == names
     with pytest.raises(AssertionError):
         started(launch, str, server_lost_after="7")
     (node,) = started(launch, str)
-    assert node.parameters[1] == {}
+    assert given_to(node, f"/{PACKAGE}") == {}
 
 
 def test_the_launch_file_of_ros_2_takes_parameters_of_components(tmp_path: Path) -> None:
@@ -141,7 +141,7 @@ def test_the_launch_file_of_ros_2_takes_parameters_of_components(tmp_path: Path)
     write(EMITTERS["ros2"](thermostat, PACKAGE), tmp_path)
     launch = tmp_path / PACKAGE / "launch" / f"{PACKAGE}.launch.py"
     (node,) = started(launch, str, Heater_pause="0.5", wanted="18.0")
-    assert node.parameters[1] == {"Heater.pause": 0.5, "wanted": 18.0}
+    assert given_to(node, f"/{PACKAGE}") == {"Heater.pause": 0.5, "wanted": 18.0}
 
 
 ROBOT = """\

@@ -98,7 +98,7 @@ def test_the_names_of_parts_give_the_value_again() -> None:
         ({"home": [1, 2]}, "~home must be an object with x, y, not [1, 2]"),
         ({"levels": [1, float("nan")]}, "~levels[1] must be a number, not nan"),
         ({"nothing": [1.5]}, "~nothing[0] must be an integer, not 1.5"),
-        ({"A": {"gate": {"name": 3}}}, "~A/gate.name must be a string, not 3"),
+        ({"A": {"gate": {"name": 3}}}, "~A/gate.name must be a string (in quotes), not 3"),
     ],
 )
 def test_wrong_shapes_are_refused_by_name(given: Any, told: str) -> None:

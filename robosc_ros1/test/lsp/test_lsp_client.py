@@ -47,6 +47,7 @@ REFUSED = {
         },
     },
     "an unknown method": {"method": "textDocument/nothing", "params": {}},
+    "an unknown method without parameters": {"method": "textDocument/nothing"},
 }
 
 

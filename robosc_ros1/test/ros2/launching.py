@@ -1,7 +1,7 @@
 """What a ROS 2 launch file would start, found without the packages launch and launch_ros.
 
 Of those there are no wheels. The classes here take what theirs take (Jazzy) and nothing else, and a
-node becomes the command line that launch_ros makes of it, with files of parameters.
+node becomes the command line that launch_ros makes of it, with files of parameters by PyYAML.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from unittest.mock import patch
 
 __all__ = [
     "AnyLaunchDescriptionSource", "GroupAction", "IncludeLaunchDescription", "Node",
-    "ParameterValue", "PushRosNamespace", "SetRemap", "started",
+    "PushRosNamespace", "SetRemap", "given_to", "started",
 ]  # fmt: skip
 
 
@@ -35,9 +35,10 @@ class DeclareLaunchArgument:
 @dataclass
 class LaunchConfiguration:
     name: str
+    default: str = field(kw_only=True)
 
     def perform(self, context: dict[str, str]) -> str:
-        return context[self.name]
+        return context.get(self.name, self.default)
 
 
 @dataclass(kw_only=True)
@@ -71,12 +72,6 @@ class SetRemap:
     dst: str
 
 
-@dataclass
-class ParameterValue:
-    value: str
-    value_type: type = field(kw_only=True)
-
-
 @dataclass(kw_only=True)
 class Node:
     executable: str
@@ -100,20 +95,26 @@ class Node:
         for number, given in enumerate(self.parameters):
             file = given
             if isinstance(given, dict):
+                import yaml  # some Pythons that this is tested with have none
+
                 file = str(folder / f"{self.name}-{number}.yaml")
-                told = {
-                    name: value.value if isinstance(value, ParameterValue) else value
-                    for name, value in given.items()
-                }
-                # Under the full name: rcl keeps values of two types that one section has had.
-                space = (self.namespace or "").strip("/")
-                full = f"/{space}/{self.name}" if space else f"/{self.name}"
-                content = {full: {"ros__parameters": told}}
-                Path(file).write_text(json.dumps(content), encoding="utf-8")
+                content = yaml.dump({"/**": {"ros__parameters": given}})
+                Path(file).write_text(content, encoding="utf-8")
             words += ["--params-file", str(file)]
         for name, other in self.remappings:
             words += ["-r", f"{name}:={other}"]
         return words
+
+
+def given_to(node: Node, name: str) -> dict[str, Any]:
+    """The parameters that a node is given beside its parameter file, under its full ``name``."""
+    if len(node.parameters) == 1:
+        return {}
+    _, file = node.parameters
+    (section, content), *others = json.loads(Path(str(file)).read_text(encoding="utf-8")).items()
+    assert (section, others) == (name, [])
+    (given,) = content.values()
+    return dict(given)
 
 
 def modules_folder(file: Path) -> Path:
@@ -145,7 +146,6 @@ def started(file: Path, share: Callable[[str], str], **arguments: str) -> list[A
             "PushRosNamespace": PushRosNamespace,
             "SetRemap": SetRemap,
         },
-        "launch_ros.parameter_descriptions": {"ParameterValue": ParameterValue},
     }
     modules = {name: types.ModuleType(name) for name in parts}
     for name, content in parts.items():

@@ -26,6 +26,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "templates" / "ros2"))
@@ -230,9 +231,11 @@ class Peer:
         threading.Thread(target=call, daemon=True).start()
 
     def flood(self, name: str, type: str, data: Any, count: int, at_once: int) -> list[Any]:
-        """Call a service so often, with no more calls at once than its queue holds; the answers."""
+        """Call a service so often, with so many calls at once; the answers."""
         class_ = load(type)
-        client = self.node.create_client(class_, name, callback_group=self.group)
+        client = self.node.create_client(
+            class_, name, callback_group=self.group, qos_profile=QoSProfile(depth=at_once)
+        )
         self.until(client.service_is_ready, f"there is no service {name}")
         self.be_known(name)
         free = threading.Semaphore(at_once)
@@ -348,7 +351,11 @@ class Peer:
     ) -> list[int | None]:
         """Send so many goals, no more at once; the status with which each ended, None: rejected."""
         class_ = load(type)
-        client = Client(self.node, class_, name, callback_group=self.group)
+        deep = QoSProfile(depth=at_once)
+        client = Client(
+            self.node, class_, name, callback_group=self.group,
+            goal_service_qos_profile=deep, result_service_qos_profile=deep,
+        )  # fmt: skip
         self.until(client.server_is_ready, f"there is no action {name}")
         self.be_known(f"{name}/_action/send_goal")
         free = threading.Semaphore(at_once)

@@ -10,12 +10,13 @@ from ros2.test_ros2_goals_of_the_robot import NAME, SUCCEEDED, TYPE, step
 from ros_support import resident
 
 CALLS = 1000
+AT_ONCE = 50
 
 
 def flood_calls(peer: Peer) -> int:
     """How many were answered; the others were refused."""
     calls = {"name": ORDER, "type": SWITCH, "data": {"data": True}}
-    answers = peer.order("flood", seconds=300.0, **calls, count=CALLS, at_once=8)
+    answers = peer.order("flood", seconds=300.0, **calls, count=CALLS, at_once=AT_ONCE)
     done = sum(answer == DONE for answer in answers)
     assert done and done + sum("is busy" in a["message"] for a in answers) == CALLS == len(answers)
     return done
@@ -23,7 +24,7 @@ def flood_calls(peer: Peer) -> int:
 
 def flood_goals(peer: Peer) -> int:
     goals = {"name": NAME, "type": TYPE, "data": {"x": [2.5], "y": [0.0]}}
-    ends = peer.order("flood_goals", seconds=300.0, **goals, count=CALLS, at_once=8)
+    ends = peer.order("flood_goals", seconds=300.0, **goals, count=CALLS, at_once=AT_ONCE)
     done = ends.count(SUCCEEDED)
     assert done and done + ends.count(None) == CALLS == len(ends)
     return done

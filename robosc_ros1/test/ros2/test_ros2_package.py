@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from catkin_pkg.package import parse_package
 from ros2.bed import Bed
-from ros2.launching import Node, ParameterValue, started
+from ros2.launching import Node, given_to, started
 from ros2.ros2_support import Graph, Process
 from ros_support import run_robosc
 
@@ -116,18 +116,16 @@ def test_the_launch_file_starts_the_node(launch: Callable[..., Node]) -> None:
     node = launch()
     assert (node.package, node.executable) == ("guarded_arm", "guarded_arm")
     assert (node.name, node.namespace, node.respawn) == ("guarded_arm", "", False)
-    assert node.parameters == ["/share/guarded_arm/config/guarded_arm.yaml", {}]
+    assert node.parameters == ["/share/guarded_arm/config/guarded_arm.yaml"]
 
 
 def test_the_launch_file_takes_parameters_as_arguments(
     launch: Callable[..., Node],
 ) -> None:
-    node = launch(ns="left", rate="5", event_log="on", near_by="2")
-    assert node.parameters[1] == {
-        "rate": 5,
-        "event_log": ParameterValue("on", value_type=str),
-        "near_by": 2,
-    }
+    node = launch(ns="left", rate="5", event_log="on", near_by="2e-3")
+    given = {"rate": 5, "event_log": "on", "near_by": 0.002}
+    assert given_to(node, "/left/guarded_arm") == given
+    assert given_to(launch(ns="/a/b", rate="5"), "/a/b/guarded_arm") == {"rate": 5}
     node = launch(ns="left", respawn="true")
     assert (node.namespace, node.respawn) == ("left", True)
     for text in (
@@ -167,14 +165,14 @@ def test_parameters_of_every_type_at_launch(
     thermostat: Callable[..., Process], graph: Graph
 ) -> None:
     node = thermostat(
-        wanted="18", steps="3", limit="-9223372036854775808", season="summer", greeting="12",
+        wanted="18", steps="3", limit="-9223372036854775808", season="summer", greeting="y",
         Heater_eager="true", Heater_pause="2.5",
     )  # fmt: skip
     robot = graph.peer()
     robot.watch("thermostat_controller")
     state = robot.expect_state("thermostat_controller", lambda s: True)
     assert state["parameters"] == {
-        "wanted": 18.0, "steps": 3, "limit": -(2**63), "season": "summer", "greeting": "12",
+        "wanted": 18.0, "steps": 3, "limit": -(2**63), "season": "summer", "greeting": "y",
         "Heater/eager": True, "Heater/pause": 2.5, "Sensor/silence": 5.0,
     }  # fmt: skip
     assert "unknown parameter" not in node.output
@@ -204,7 +202,7 @@ def test_values_are_published_for_tools_that_plot(
                 "parameter steps must be an integer, not 2.0",
                 "parameter limit must be an integer, not 'ninety'",
                 "parameter Heater.eager must be true or false, not 1",
-                "parameter greeting must be a string, not 5",
+                "parameter greeting must be a string (in quotes), not 5",
             ),
         ),
         (

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from ros2.launching import started
+from ros2.launching import given_to, started
 from ros2.ros2_support import Graph, Peer, Process
 from ros_support import await_condition
 
@@ -254,7 +254,8 @@ def test_the_launch_file_starts_the_supervisor_alone(built: Any) -> None:
     file = built.folder / "src" / NODE / "launch" / f"{NODE}.launch.py"
     (node,) = started(file, lambda package: f"/share/{package}", ns="left", near_by="0.5")
     assert (node.package, node.namespace) == (NODE, "left")
-    assert node.parameters == [f"/share/{NODE}/config/{NODE}.yaml", {"near_by": 0.5}]
+    assert node.parameters[0] == f"/share/{NODE}/config/{NODE}.yaml"
+    assert given_to(node, f"/left/{NODE}") == {"near_by": 0.5}
     file = built.folder / "src" / NODE / "launch" / f"{NODE}.launch.py"
     words = {"controller_package": "p", "controller_args": "-x 'a b'", "controller_name": ""}
     _, other = started(file, str, **words, ns="left", use_sim_time="true")

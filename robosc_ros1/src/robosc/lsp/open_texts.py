@@ -28,8 +28,9 @@ from robosc.lsp.synthesis_process import Derived, command, derived_from, moved, 
 from robosc.source import Source
 
 # The protocol as pygls has it, but for requests that are faulty or refused. pygls answers no
-# request whose parameters it cannot read, and writes a traceback for each request that is
-# refused. A client waits for every answer, and a refusal is none of the server's faults.
+# request whose parameters it cannot read, and none for an unknown method without any (see
+# findings/pygls_unanswered_requests.sh), and writes a traceback for each request that is refused. A
+# client waits for every answer, and a refusal is none of the server's faults.
 
 
 _LOG = logging.getLogger("pygls.protocol.json_rpc")
@@ -56,7 +57,7 @@ class Protocol(LanguageServerProtocol):  # type: ignore[misc]  # pygls is not th
             return super().structure_message(data)
         try:
             _LOG.addFilter(_is_nothing)  # it would write the traceback before it raises
-            return super().structure_message(data)
+            return super().structure_message({"params": None, **data})  # JSON-RPC may omit them
         except JsonRpcInvalidParams:
             return _Unreadable(data.get("id"), str(data["method"]))
         finally:

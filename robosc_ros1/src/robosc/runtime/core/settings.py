@@ -43,7 +43,7 @@ def fault(parameter: Parameter, value: Any) -> str | None:
         return None if isinstance(value, bool) else "true or false"
     if parameter.type == "string":
         if not isinstance(value, str):
-            return "a string"
+            return "a string (in quotes)"  # YAML reads y as true, and 1e3 as a number
         if parameter.choices and value not in parameter.choices:
             return "one of " + ", ".join(parameter.choices)
         return None
