@@ -13,7 +13,7 @@ from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import qos_profile
 
 CALLS = 100
-"""The most calls that wait to be taken: ROS 2 drops the oldest of more, of ten by default, and tells
+"""The most calls that wait to be taken: of more, by default of ten, ROS 2 drops the oldest and tells
 nobody."""
 
 

@@ -142,7 +142,7 @@ def test_the_same_commands_in_the_same_order(order: str, seed: int) -> None:
             setattr(controller, name, chance.random() < 0.5)
         changed = [c for c in fast.commands if set(phases(c)) & set(written)]
         ended = next((c.key for c in changed if not c.possible), None)
-        fast.update(fast.affected(frozenset(written)), ended, now)
+        fast.update(frozenset(written), ended, now)
         if written:
             slow.update(ended, now)
         while True:
@@ -162,6 +162,6 @@ def test_the_same_commands_in_the_same_order(order: str, seed: int) -> None:
             fast.performed(command, now)
             slow.performed(wanted, now)
             over = command.key if command.is_cancel else None
-            fast.update(fast.affected(frozenset(writes)), over, now)
+            fast.update(frozenset(writes), over, now)
             slow.update(over, now)
     assert performed > 20

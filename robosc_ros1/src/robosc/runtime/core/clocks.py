@@ -145,9 +145,11 @@ class Clocks:
         now = self._port_time()
         return self._steady() if now == BEFORE_TIME else now
 
-    def time(self) -> float:
-        """Return the time of the clocks, which never decreases."""
-        now = self._port_time()
+    def time(self, now: float | None = None) -> float:
+        """Return the time of the clocks, which never decreases. ``now`` is the port's, if it was
+        read just before."""
+        if now is None:
+            now = self._port_time()
         if (now != BEFORE_TIME) is not self.has_begun:
             self._change_clock()
             return self._last + self._shift
@@ -179,12 +181,10 @@ class Clocks:
         self._shift += self._last - now
         self._since = now
 
-    def any_due(self) -> bool:
-        """Whether a clock may be due."""
-        if not self._heap:
-            return False
-        time = self.time()
-        return self._heap[0][0] <= time
+    def any_due(self, now: float | None = None) -> bool:
+        """Whether a clock may be due. ``now`` is the port's time, if it was read just before."""
+        heap = self._heap
+        return bool(heap) and heap[0][0] <= self.time(now)
 
     def is_watched(self, key: str) -> bool:
         return key in self._watches
@@ -353,10 +353,10 @@ class Deadlines(NamedTuple):
         call = None if earliest is None else earliest - self.steady()
         return shortest(self.clocks.time_to_next(), call, RETRY if self.calls.open else None)
 
-    def any_ready(self) -> bool:
-        """Whether something may be ready."""
+    def any_ready(self, now: float | None = None) -> bool:
+        """Whether something may be ready. ``now`` is the port's time, if it was just read."""
         earliest = self.calls.earliest
-        return self.clocks.any_due() or (earliest is not None and earliest <= self.steady())
+        return self.clocks.any_due(now) or (earliest is not None and earliest <= self.steady())
 
     def ready(self) -> Iterator[Timer | Watch | Missed]:
         """Yield what is ready, to be applied before the next; that may make more ready.

@@ -26,22 +26,20 @@ class Commanding:
         self._scheduler = engine.parts.scheduler
         self._sending = Sending(engine)
         self.delayed: Callable[[Timer], None] = engine.take_delayed
+        self.observed: Callable[[Inputs, Any], list[BoundInput]] = engine.apply
 
     def begin(self) -> None:
         """The scheduler has begun: what is allowed is due at once."""
 
-    def observed(self, entries: Inputs, message: Any) -> list[BoundInput]:
-        return self._engine.apply(entries, message)
-
     def after(self, writes: frozenset[str], ended: str | None) -> None:
-        self._scheduler.update(self._scheduler.affected(writes), ended, self._now())
+        self._scheduler.update(writes, ended, self._now())
 
     def due(self) -> float | None:
         return None if self._engine.stopped else self._scheduler.time_to_next(self._now())
 
     def act(self) -> bool:
-        engine = self._engine
-        engine.meet_deadlines()
+        engine, now = self._engine, self._now()
+        engine.meet_deadlines(now)
         engine.pauses.notice()  # the process may have been stopped since the cycle began
         if engine.closing or engine.pauses.holds:
             return False
@@ -49,7 +47,7 @@ class Commanding:
             # What an operator has let through ends where the model says so.
             cancel = self._scheduler.next_cancel()
             return cancel is not None and self._sending.perform(cancel)
-        command = self._scheduler.next(self._now())
+        command = self._scheduler.next(now)
         if command is None:
             return False
         self._sending.perform(command)

@@ -247,7 +247,7 @@ class Engine(Generic[R]):
         parts = EngineParts(controller, port, self.settings, steady, now or port.now)
         self.parts = parts
         self.recorder = parts.recorder
-        self.requests = Requests(parts, self.observe)
+        self.requests = Requests(parts, lambda entries, message: self.observe(entries, message))
         self.pauses = Pauses(parts)
         self.time_monitor = TimeMonitor(parts.clocks, steady)
         self.forwarder: RelayedCalls | None = None
@@ -280,6 +280,8 @@ class Engine(Generic[R]):
         """Takes exceptions that nothing else expects."""
         self.role: R = role(self)
         self.sends = self.role.sends
+        self.observe: Callable[[Inputs, Any], list[BoundInput]] = self.role.observed
+        """Has the role apply the events that a message represents; returns those that were."""
         intake = self.intake = Intake(parts, self._ages, self.submit)
         self._deadlines = Deadlines(self._clocks, self._calls, steady, intake.awaits)
         self.pauses.settle = intake.when_heavy_are_handled
@@ -399,7 +401,8 @@ class Engine(Generic[R]):
         try:
             self.pauses.look()
             function(*arguments)
-            self.recorder.settle()
+            if self.recorder.fresh:
+                self.recorder.settle()
             if self.keeper is not None:
                 self.keeper.look()
         except Exception as error:
@@ -434,10 +437,11 @@ class Engine(Generic[R]):
         while going_on and not self._queue:
             going_on = self.role.act()
 
-    def meet_deadlines(self) -> None:
+    def meet_deadlines(self, now: float | None = None) -> None:
         """Apply what is ready by the clock, beginning with what was due first, until nothing is;
-        then send the open requests that a server can take."""
-        for ready in self._deadlines.ready() if self._deadlines.any_ready() else ():
+        then send the open requests that a server can take. ``now`` is the port's time, if it was
+        read just before."""
+        for ready in self._deadlines.ready() if self._deadlines.any_ready(now) else ():
             if isinstance(ready, Timer):
                 self.role.delayed(ready)
             elif isinstance(ready, Watch):
@@ -487,10 +491,6 @@ class Engine(Generic[R]):
             path = path_of(path)
             self.recorder.record("after", row.component, path, tau=row.number, writes=row.writes)
             self.after(frozenset(row.writes), None)
-
-    def observe(self, entries: Inputs, message: Any) -> list[BoundInput]:
-        """Have the role apply the events that a message represents; return those that were."""
-        return self.role.observed(entries, message)
 
     def apply(
         self, entries: Inputs, message: Any, misfit: Misfit | None = None

@@ -30,7 +30,7 @@ class Inbox:
     of arrival (None: it is not needed)."""
 
     __slots__ = (
-        "_arrivals", "_entries", "_latest", "_lock", "_now", "_put", "_submit", "dropped",
+        "_arrivals", "_entries", "_first", "_latest", "_lock", "_now", "_put", "_submit", "dropped",
         "is_watched",
     )  # fmt: skip
 
@@ -50,6 +50,7 @@ class Inbox:
         self._lock = threading.Lock()
         # Without times only the number counts, for which a list takes less memory.
         self._arrivals: deque[float] | list[float] = [] if now is None else deque()
+        self._first: Callable[[], float] = getattr(self._arrivals, "popleft", self._arrivals.pop)
         self._latest: tuple[Any, float] | None = None
 
     def post(self, message: Any, arrival: float | None = None) -> None:
@@ -68,8 +69,7 @@ class Inbox:
 
     def take(self) -> float:
         """Remove the message that has waited longest; return its time of arrival."""
-        arrivals = self._arrivals
-        arrival = arrivals.pop() if isinstance(arrivals, list) else arrivals.popleft()
+        arrival = self._first()
         if self._latest is not None:
             with self._lock:
                 self._take_latest()

@@ -58,6 +58,7 @@ class Pauses:
         self.settle: Callable[[Callable[[], None]], None] = lambda then: then()
         """Has a function called when the heavy messages that wait now were handled."""
         self._parts = parts
+        self._steady = parts.steady
         self._last: float | None = None  # when the engine looked last
         self._next_look = 0.0  # when the clocks look next whether time stands
         self._until = 0.0
@@ -73,13 +74,12 @@ class Pauses:
 
     def notice(self) -> float:
         """Hold commands from now on if there was a pause; return the time of the machine."""
-        now = self._parts.steady()
-        if self.beat is None:
+        now, last, beat = self._steady(), self._last, self.beat
+        if beat is None:
             return now
-        pause = 0.0 if self._last is None else now - self._last
         self._last = now
-        if pause > 2 * self.beat:
-            self._begin(pause, now)
+        if last is not None and now - last > 2 * beat:
+            self._begin(now - last, now)
         elif self.holds and now >= self._until:
             self.holds = False
         return now

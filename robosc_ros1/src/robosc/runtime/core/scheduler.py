@@ -30,7 +30,7 @@ from functools import partial
 from heapq import heappop, heappush
 from itertools import count
 from types import MethodType
-from typing import Any, Callable, Iterable, Optional
+from typing import Any, Callable, Optional, Sequence
 
 from .model import ONCE, SERVED, Command, Communication, Controller
 from .settings import Settings
@@ -213,7 +213,7 @@ class CommandScheduler:
         for command in self.commands:
             for name in command.reads:
                 self._readers.setdefault(name, []).append(command)
-        self._affected: dict[frozenset[str], tuple[ScheduledCommand, ...]] = {}
+        self._affected: dict[frozenset[str], Sequence[ScheduledCommand]] = {}
         self._order = settings.order
         self._random = random.Random(settings.seed)
         self._turns = count(len(self.commands))
@@ -230,23 +230,24 @@ class CommandScheduler:
         for command in self.commands:
             command.due = now
             command.sent = NOTHING
-        self.update(self.commands, None, now)
+        self.update(None, None, now)
 
-    def affected(self, writes: frozenset[str]) -> tuple[ScheduledCommand, ...]:
+    def _affected_by(self, writes: frozenset[str]) -> tuple[ScheduledCommand, ...]:
         """Return the commands that an event with these writes may enable or disable."""
-        found = self._affected.get(writes)
-        if found is None:
-            # Anything may change the data of what is not just repeated.
-            readers = {
-                c.index for name in writes for c in self._readers.get(name, ())
-            } | self._by_data
-            found = tuple(self.commands[index] for index in sorted(readers))
-            self._affected[writes] = found
-        return found
+        # Anything may change the data of what is not just repeated.
+        readers = {c.index for name in writes for c in self._readers.get(name, ())} | self._by_data
+        return tuple(self.commands[index] for index in sorted(readers))
 
-    def update(self, commands: Iterable[ScheduledCommand], ended: str | None, now: float) -> None:
-        """Evaluate commands after an event; ``ended`` is the key of the request that it ended."""
-        for command in commands:
+    def update(
+        self, writes: frozenset[str] | None, ended: str | None, now: float
+    ) -> Sequence[ScheduledCommand]:
+        """Evaluate the commands that an event with these writes may enable or disable (None: all),
+        and return them; ``ended`` is the key of the request that it ended."""
+        affected = self.commands if writes is None else self._affected.get(writes)
+        if affected is None:
+            assert writes is not None
+            affected = self._affected[writes] = self._affected_by(writes)
+        for command in affected:
             key_ended = ended == command.key
             if key_ended and command.due <= now:
                 command.due += command.period * (1 + (now - command.due) // command.period)
@@ -272,6 +273,7 @@ class CommandScheduler:
                 and (command.sent is NOTHING or command.is_new)
             ):
                 self._place(command, now)
+        return affected
 
     def failed(self, key: str) -> None:
         """Record that a request has failed: what it was sent with counts as not sent."""
@@ -287,10 +289,14 @@ class CommandScheduler:
 
     def next(self, now: float) -> ScheduledCommand | None:
         """Return the command to perform now; None: no more in this round."""
-        self._follow(now)
+        if now < self._now:
+            self._limit_waits(now)
+        self._now = now
         if self._waiting and self._waiting[0][0] <= now:
             self._release(now)
-        command = self._drawn() if self._order == "random" else self._first()
+        command = None
+        if self._ready:
+            command = self._drawn() if self._order == "random" else self._first()
         if command is None:
             self._round += 1
             # A rising edge that was not served in this round waits for the period.
@@ -324,7 +330,9 @@ class CommandScheduler:
 
         A clock that jumped back delays commands by at most one period.
         """
-        self._follow(now)
+        if now < self._now:
+            self._limit_waits(now)
+        self._now = now
         while not self._ready and self._waiting:
             due, index = self._waiting[0]
             command = self.commands[index]
@@ -360,14 +368,12 @@ class CommandScheduler:
                 if command.waits:
                     self._place(command, now)
 
-    def _follow(self, now: float) -> None:
-        """If the clock jumped back, limit the waiting times to one period."""
-        if now < self._now:
-            for command in self.commands:
-                command.due = min(command.due, now + command.period)
-                if command.waits:
-                    self._wait(command)
-        self._now = now
+    def _limit_waits(self, now: float) -> None:
+        """Limit the waiting times to one period, since the clock jumped back."""
+        for command in self.commands:
+            command.due = min(command.due, now + command.period)
+            if command.waits:
+                self._wait(command)
 
     def _first(self) -> ScheduledCommand | None:
         while self._ready:

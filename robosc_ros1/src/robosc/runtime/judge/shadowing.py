@@ -32,8 +32,7 @@ class Shadow:
         self._scheduler.begin(self._parts.now())
 
     def after(self, writes: frozenset[str], ended: str | None) -> None:
-        affected = self._scheduler.affected(writes)
-        self._scheduler.update(affected, ended, self._parts.now())
+        affected = self._scheduler.update(writes, ended, self._parts.now())
         self._told -= {command.index for command in affected if not command.was}
 
     def sent(self, command: ScheduledCommand) -> None:
