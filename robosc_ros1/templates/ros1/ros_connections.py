@@ -8,6 +8,7 @@ not come after it has been forbidden.
 """
 
 import socket
+import threading
 
 import rospy.topics
 from rospy.impl.tcpros_pubsub import QueuedConnection
@@ -83,6 +84,32 @@ def is_taken(publisher):
     return not links or any(link.took for link in links)
 
 
+_SIZING = threading.Lock()
+
+
+def _set_queue_size(publisher, queue_size):
+    """Set the length of the queue, also of connections that are there.
+
+    rospy does it when the master, and so subscribers, know of the publisher already. A connection
+    that was faster has no queue, and would block whoever publishes while its subscriber takes
+    nothing.
+    """
+    with _SIZING, publisher.c_lock:
+        publisher.queue_size = queue_size
+        publisher.connections = [
+            link if isinstance(link, PromptConnection) else PromptConnection(link, queue_size)
+            for link in publisher.connections
+        ]
+
+
 def send_promptly():
     """Use such connections for all publishers of this process from now on."""
     rospy.topics.QueuedConnection = PromptConnection
+    publishers = rospy.topics._PublisherImpl
+    add_connection = publishers.add_connection
+
+    def add(publisher, link):
+        with _SIZING:
+            return add_connection(publisher, link)
+
+    publishers.add_connection, publishers.set_queue_size = add, _set_queue_size

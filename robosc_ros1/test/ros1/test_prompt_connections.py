@@ -80,15 +80,23 @@ def test_a_message_is_there_when_it_was_published(link: Link) -> None:
     assert link.transport.stat_bytes == 100 * (HEAD.size + 100)
 
 
-def test_publishers_use_them(link: Link, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("is_fast", [False, True])
+def test_publishers_use_them(link: Link, monkeypatch: pytest.MonkeyPatch, is_fast: bool) -> None:
+    """Also for a subscriber that connects before rospy has told the publisher its queue's length."""
     module: Any = import_module("ros_connections")
     topics: Any = import_module("rospy.topics")
     monkeypatch.setattr(topics, "QueuedConnection", topics.QueuedConnection)
+    for method in ("add_connection", "set_queue_size"):
+        monkeypatch.setattr(topics._PublisherImpl, method, getattr(topics._PublisherImpl, method))
     module.send_promptly()
     publisher = topics._PublisherImpl("/topic", import_module("std_msgs.msg").Int16)
-    publisher.queue_size = QUEUE
     ours, _ = socket.socketpair()
-    publisher.add_connection(transport_to(ours))
+    steps = [
+        lambda: publisher.set_queue_size(QUEUE),
+        lambda: publisher.add_connection(transport_to(ours)),
+    ]
+    for step in reversed(steps) if is_fast else steps:
+        step()
     (connection,) = publisher.connections
     connection.close()
     assert isinstance(connection, module.PromptConnection)
