@@ -13,8 +13,8 @@ from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import qos_profile
 
 CALLS = 100
-"""The most calls that wait to be taken: of more, by default of ten, ROS 2 drops the oldest and tells
-nobody."""
+"""The most calls that wait to be taken: of more, by default of ten, ROS 2 drops the oldest and
+tells nobody."""
 
 
 def explained(make, text, data):
