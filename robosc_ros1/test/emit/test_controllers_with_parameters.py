@@ -76,6 +76,7 @@ def test_durations_are_those_of_their_parameters(thermostat: Supervisor) -> None
     ("name", "value", "told"),
     [
         ("wanted", "warm", "a number, not 'warm'"),
+        ("wanted", "1e3", "a number (in YAML with a point: 1.0e3), not '1e3'"),
         ("wanted", True, "a number, not True"),
         ("wanted", float("nan"), "a number, not nan"),
         ("steps", 4, "an integer of at most 3, not 4"),

@@ -9,12 +9,15 @@ from xml.etree import ElementTree
 
 import pytest
 from emit.golden_packages import model_path
+from hypothesis import given
+from hypothesis import strategies as st
 from ros2.launching import given_to, started
 
 from robosc import pipeline
 from robosc.emit.package import ros1_target, ros2_target
 from robosc.emit.package.config import Config, declared_communications
 from robosc.emit.package.package import Package
+from robosc.emit.package.readme import yaml_text
 from robosc.emit.write.writer import write
 from robosc.runtime.core import settings
 from robosc.runtime.core.qos import qos_parameters
@@ -142,6 +145,20 @@ def test_the_launch_file_of_ros_2_takes_parameters_of_components(tmp_path: Path)
     launch = tmp_path / PACKAGE / "launch" / f"{PACKAGE}.launch.py"
     (node,) = started(launch, str, Heater_pause="0.5", wanted="18.0")
     assert given_to(node, f"/{PACKAGE}") == {"Heater.pause": 0.5, "wanted": 18.0}
+
+
+VALUES = st.recursive(
+    st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False),
+    lambda parts: st.lists(parts) | st.dictionaries(st.sampled_from(["x", "y"]), parts),
+)
+
+
+@given(VALUES)
+def test_a_value_in_a_parameter_file_is_read_as_what_it_is(value: Any) -> None:
+    """To PyYAML, with which ROS 1 reads it, 1e-05 is a text."""
+    yaml = pytest.importorskip("yaml")
+    found = yaml.safe_load(yaml_text(value))
+    assert repr(found) == repr(value)
 
 
 ROBOT = """\

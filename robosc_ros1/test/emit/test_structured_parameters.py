@@ -97,6 +97,10 @@ def test_the_names_of_parts_give_the_value_again() -> None:
         ({"home": {"x": "a"}}, "~home.x must be a number, not 'a'"),
         ({"home": [1, 2]}, "~home must be an object with x, y, not [1, 2]"),
         ({"levels": [1, float("nan")]}, "~levels[1] must be a number, not nan"),
+        (
+            {"levels": [1, "1e-5"]},
+            "~levels[1] must be a number (in YAML with a point: 1.0e-5), not '1e-5'",
+        ),
         ({"nothing": [1.5]}, "~nothing[0] must be an integer, not 1.5"),
         ({"A": {"gate": {"name": 3}}}, "~A/gate.name must be a string (in quotes), not 3"),
     ],

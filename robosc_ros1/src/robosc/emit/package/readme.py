@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,7 +54,7 @@ def parameter_views(
     at_launch = [p for p in known if p in own or p.name in AT_LAUNCH]
     arguments = {p.name: argument for argument, p in launch_arguments(at_launch).items()}
     for p in known:
-        default = _yaml(config.parameters.get(p.name, p.default))
+        default = yaml_text(config.parameters.get(p.name, p.default))
         is_number = p.type in ("integer", "number")
         wide = p in own and is_number and not _is_narrow(p.minimum, p.maximum)
         missing = p.required and p.name not in config.parameters
@@ -78,8 +78,13 @@ def _is_narrow(low: float | None, high: float | None) -> bool:
     return low is not None and high is not None and low >= -(2**31) and high < 2**31
 
 
-def _yaml(value: object) -> str:
+def yaml_text(value: object) -> str:
     """A value as YAML 1.1 reads it, which wants a point in a number with an exponent."""
+    if isinstance(value, Mapping):
+        parts = (f"{json.dumps(name)}: {yaml_text(part)}" for name, part in value.items())
+        return "{" + ", ".join(parts) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(yaml_text, value)) + "]"
     text = json.dumps(value)
     if isinstance(value, float) and "e" in text and "." not in text:
         return text.replace("e", ".0e")

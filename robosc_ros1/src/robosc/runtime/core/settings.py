@@ -21,6 +21,8 @@ from .values import widen
 LEAST_PARAMETER, MOST_PARAMETER = -(2**63), 2**63 - 1
 """The range of integer parameters in ROS 2."""
 _DIGITS = re.compile(r"[+-]?\d{1,400}\Z")
+_POINTLESS = re.compile(r"([+-]?\d+)([eE][+-]?\d+)\Z")
+"""A number that YAML 1.1, and so ROS 1, reads as a text."""
 
 
 def carried(value: Any, own: bool) -> Any:
@@ -48,6 +50,8 @@ def fault(parameter: Parameter, value: Any) -> str | None:
             return "one of " + ", ".join(parameter.choices)
         return None
     what = "an integer" if parameter.type == "integer" else "a number"
+    if isinstance(value, str) and _POINTLESS.match(value):
+        return what + " (in YAML with a point: %s)" % _POINTLESS.sub(r"\1.0\2", value)
     if not number or (isinstance(value, float) and not math.isfinite(value)):
         return what
     if parameter.type == "number" and not math.isfinite(widen(value)):
