@@ -58,10 +58,19 @@ def test_configuration_that_was_changed_stays(tmp_path: Path) -> None:
     file.write_text("rate: 20")
     for _ in range(2):
         done = write(package("2", config__demo="rate: 10\norder: rotate"), tmp_path)
-        assert (done.edited, file.read_text()) == (("config/demo",), "rate: 20")
+        told = ("-rate: 20", "+rate: 10", "+order: rotate")
+        assert (done.edited, file.read_text()) == ({"config/demo": told}, "rate: 20")
     assert (tmp_path / "demo" / "a").read_text().startswith("2")
     done = write(package("2", config__demo="rate: 10\norder: rotate"), tmp_path, force=True)
-    assert (done.edited, file.read_text()) == ((), "rate: 10\norder: rotate")
+    assert (done.edited, file.read_text()) == ({}, "rate: 10\norder: rotate")
+
+
+def test_comments_and_blank_lines_are_no_settings(tmp_path: Path) -> None:
+    write(package("1", config__demo="# the rate\nrate: 10"), tmp_path)
+    (tmp_path / "demo" / "config" / "demo").write_text("rate: 10\n\n  # mine\n")
+    assert write(package("2", config__demo="# a rate\nrate: 10"), tmp_path).edited == {
+        "config/demo": ()
+    }
 
 
 def test_somebody_else_s_configuration_is_not_replaced(tmp_path: Path) -> None:
@@ -102,7 +111,7 @@ def test_dependencies_and_nodes_of_one_s_own(tmp_path: Path, target: str, mode: 
     else:
         add("setup.py", 'SCRIPTS.append("mine = mine:main")')
     done = write(package, tmp_path)
-    assert (done.written, done.edited, done.removed) == ((), (), ())
+    assert (done.written, done.edited, done.removed) == ((), {}, ())
     manifest = ElementTree.parse(folder / "package.xml")
     assert "tf2_ros" in [element.text for element in manifest.findall("exec_depend")]
     if target == "ros2":

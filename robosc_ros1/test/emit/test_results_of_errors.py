@@ -71,14 +71,15 @@ def test_where_errors_bring_a_value() -> None:
 
 
 def test_the_remedy_is_for_when_no_result_comes() -> None:
-    supervisor = supervisor_of(MODEL.replace("            on error from navigate goto idle\n", ""))
+    faulty = MODEL.replace("            on error from navigate goto idle\n", "")
+    supervisor = supervisor_of(faulty)
     guard = next(g for g in supervisor.guards if g.event.name == "navigate")
     assert guard.status == "never"
     (reason,) = {e.remedy for e in supervisor.explanations if e.remedy is not None}
-    assert reason == (
-        "add 'on error from navigate goto idle' outside the states of Base,"
-        " for when none of the guards holds"
-    )
+    assert reason == "add 'on error from navigate else goto idle' in state going of Base"
+    line = "            on error from navigate else goto idle\n"
+    mended = supervisor_of(faulty.replace("goto blocked\n", f"goto blocked\n{line}"))
+    assert next(g for g in mended.guards if g.event.name == "navigate").status == "as required"
     assert "hidden-transition" not in {d.code for d in load(Source("model.rscd", MODEL))[1]}
 
 

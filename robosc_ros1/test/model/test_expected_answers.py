@@ -225,3 +225,33 @@ def test_attributes_stand_in_any_order() -> None:
     robots = [resolve(f"{HEAD} action s with {order}, {types} {DATA}") for order in orders]
     first, second = (robot.communications["A.s"] for robot in robots)
     assert first == second
+
+
+@pytest.mark.parametrize(
+    ("attribute", "transitions", "told"),
+    [
+        ("", "on response from store goto full on error from store goto open", True),
+        ("", "on response from store do n := 1 goto open on error from store goto open", True),
+        ("expect: value.success, ", "on response from store goto full on error from store goto open", False),
+        ("", "on response from store if value.success goto full on response from store else goto open"
+             " on error from store goto open", False),
+        ("", "on response, error from store goto open", False),  # it makes no difference
+        ("", "on response from store goto full", False),  # synthesis tells that
+    ],
+)  # fmt: skip
+def test_an_answer_that_says_no_is_read(attribute: str, transitions: str, told: bool) -> None:
+    text = f"""
+    interface store use Store from some_msgs
+    datatype object Stored {{ success: boolean }}
+    component Hand {{
+        service store with {attribute}request: none, response: Stored links store
+        behaviour {{
+            variable n: integer(0..1)
+            initial marked state open {{ on request to store goto storing }}
+            state storing {{ {transitions} }}
+            marked state full {{}}
+        }}
+    }}
+    """
+    found = [(code, shown) for code, shown in faults(text) if code == "refusal-unread"]
+    assert found == [("refusal-unread", "store")] * told

@@ -5,6 +5,10 @@ from __future__ import annotations
 import pytest
 from model_text import faults
 
+from robosc.model.resolve import load
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.source import Source
+
 
 def told(provide: str, more: str = "", type_: str = "double") -> list[str]:
     text = f"""
@@ -93,3 +97,36 @@ def test_a_topic_that_moves_nothing_needs_no_stop(other: str) -> None:
     """
     found = [shown for code, shown in faults(text) if code == "no-stop"]
     assert found == ([] if other else ["provide drive with 0.4"])
+
+
+@pytest.mark.parametrize(
+    ("requirement", "told_of"),
+    [
+        ("requirement all needs scan.fresh", True),
+        ("requirement { drive, halt } needs scan.fresh", True),
+        ("requirement scan.silent disables Base", True),
+        ("requirement all except halt needs scan.fresh", False),
+        ("requirement { halt, light } needs scan.fresh", False),
+        ("requirement drive needs scan.fresh requirement halt needs scan.fresh", False),
+    ],
+)
+def test_what_stops_the_robot_is_not_forbidden_with_what_moves_it(
+    requirement: str, told_of: bool
+) -> None:
+    robot = f"""
+    component Eye {{ outgoing message scan with timeout: 1 s, type: double }}
+    component Base {{
+        incoming message drive with type: double
+        incoming message halt with type: none
+    }}
+    component Lamp {{ incoming message light with stop: none, type: boolean }}
+    {requirement}
+    provide drive with 0.4
+    """
+    found = [shown for code, shown in faults(f"{robot} stop with halt") if code == "stop-restricted"]
+    assert found == [requirement] * told_of
+    assert "stop-restricted" not in [code for code, _ in faults(f"{robot} stop with nothing")]
+    # A supervisor sends the stop by itself.
+    source = Source("model.rscd", f"robot Test {{ {robot} stop with halt }}")
+    _, diagnostics = load(source, definitions=MessageDefinitions(), supervises=True)
+    assert "stop-restricted" not in [d.code for d in diagnostics]

@@ -40,15 +40,14 @@ def test_topics_with_nobody_at_the_other_end() -> None:
     ]
 
 
-def test_servers_that_are_missing_are_told_once_and_when_they_are_back() -> None:
+def test_who_is_missing_is_told_once_and_when_they_are_back() -> None:
     said: list[str] = []
     watch = ConnectionWatch(CONTROLLER, said.append)
-    missing = {"/go", "/stop"}
-    watch.unserved = lambda: sorted(missing)
+    servers, laser, robot = {"/go", "/stop"}, ["/laser"], ["/robot"]
+    watch.unserved = lambda: sorted(servers)
 
     def look() -> list[str]:
-        publishers = {"/scan": ["/laser"]}
-        watch.update((), publishers, {"/vel": ["/robot"], "/horn": ["/robot"]})
+        watch.update((), {"/scan": laser}, {"/vel": robot, "/horn": ["/robot"]})
         found, said[:] = list(said), []
         return found
 
@@ -56,11 +55,17 @@ def test_servers_that_are_missing_are_told_once_and_when_they_are_back() -> None
     assert watch.unconnected == [f"no server of {n} is connected" for n in ("/go", "/stop")]
     assert look() == watch.unconnected
     assert look() == []
-    missing.remove("/go")
+    servers.remove("/go")
+    laser.clear()
+    robot.clear()
     assert look() == ["no longer: no server of /go is connected"]
+    assert look() == ["nobody publishes /scan", "nobody subscribes to /vel"]
     assert look() == []
-    missing.add("/go")
-    assert [look(), look()] == [[], ["no server of /go is connected"]]
+    servers.add("/go")
+    laser.append("/laser")
+    robot.append("/robot")
+    assert look() == [f"no longer: nobody {d}" for d in ("publishes /scan", "subscribes to /vel")]
+    assert look() == ["no server of /go is connected"]
 
 
 @pytest.mark.parametrize("simulated", [False, True])

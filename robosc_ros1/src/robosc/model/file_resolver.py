@@ -10,6 +10,7 @@ from robosc.expr import tree, undefined_data
 from robosc.expr.tree import Expr
 from robosc.expr.types import EnumType, Type
 from robosc.model import automata, diagnostics, entities
+from robosc.model.checks.answers import check_answers
 from robosc.model.checks.command_data import with_command_data
 from robosc.model.checks.exclusive import check_overlaps
 from robosc.model.checks.freshness import check_freshness
@@ -196,7 +197,8 @@ class FileResolver:
         self.types.values.resolve()
         robot = self._with_statements(components)
         robot = self._with_heard(robot)
-        self._binder.report_unknown_fields(Usage(robot))
+        usage = Usage(robot)
+        self._binder.report_unknown_fields(usage)
         robot = state_variables.select_state_variables(robot, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
@@ -213,6 +215,7 @@ class FileResolver:
             check_undefined_data(robot, lengths, self._scope.source, self._report)
             if not library:
                 check_stop(robot, self._report)
+                check_answers(robot, usage, self._report)
                 check_served(robot, self._binder.sent, self._report)
             check_unused(
                 self._scope,

@@ -396,7 +396,8 @@ class _Lowering:
             where = f"{transition.span.source.path}:{transition.span.line}"
             raise StateSpaceError(
                 f"{where}: the outcome of this internal transition is open, for a comparison of"
-                " data reads what it assigns: assign a constant, or use 'after'"
+                " data reads what it assigns: assign that where a message or an answer comes"
+                " (on response …), a constant here, or use 'after'"
             )
         return Event(
             kind=kind,

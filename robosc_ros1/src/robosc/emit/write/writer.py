@@ -153,15 +153,16 @@ def _fail(error: OSError) -> None:
 class Written:
     """What happened: paths below ``folder``, each list in order.
 
-    ``edited`` are configuration files that were changed by hand and stay as they are; ``kept`` are
-    files that are no part of the package any more, but were changed by hand.
+    ``edited`` are configuration files that were changed by hand and stay as they are, each with
+    the settings in which it differs from the package, as lines of a diff; ``kept`` are files that
+    are no part of the package any more, but were changed by hand.
     """
 
     folder: Path
     written: tuple[str, ...]
     unchanged: tuple[str, ...]
     removed: tuple[str, ...]
-    edited: tuple[str, ...]
+    edited: Mapping[str, tuple[str, ...]]
     kept: tuple[str, ...]
 
 
@@ -266,7 +267,7 @@ class _Plan:
     fresh: Mapping[str, File]
     gone: tuple[str, ...]
     stale: tuple[str, ...]
-    edited: tuple[str, ...]
+    edited: Mapping[str, tuple[str, ...]]
     kept: tuple[str, ...]
 
 
@@ -275,7 +276,11 @@ def _plan(package: Package, target: Path, folder: Path, force: bool) -> _Plan:
     if not force:
         _demand_target(package, target, folder)
     files = {**package.files, RECORD: record_of(package)}
-    edited = [] if force else [path for path in files if _is_edited(folder, path, record)]
+    edited = {
+        path: tuple(_differences(text_of(folder / path), file.content))
+        for path, file in files.items()
+        if not force and _is_edited(folder, path, record)
+    }
     files = {
         path: replace(file, content=with_own_lines(file.content, own_lines(text_of(folder / path))))
         for path, file in files.items()
@@ -290,7 +295,7 @@ def _plan(package: Package, target: Path, folder: Path, force: bool) -> _Plan:
         if is_as_recorded(folder, path, record) and not own_lines(text_of(folder / path))
     ]
     kept = [path for path in lost if path not in stale]
-    return _Plan(files, fresh, tuple(gone), tuple(stale), tuple(edited), tuple(kept))
+    return _Plan(files, fresh, tuple(gone), tuple(stale), edited, tuple(kept))
 
 
 def _update(package: Package, target: Path, folder: Path, force: bool) -> Written:
@@ -322,6 +327,16 @@ def _is_edited(folder: Path, path: str, record: Mapping[str, str]) -> bool:
         and not place.is_symlink()
         and not is_as_recorded(folder, path, record)
     )
+
+
+def _differences(present: str, wanted: str) -> Iterator[str]:
+    """Yield the lines of a diff between two files of settings, but for blank ones and comments."""
+    both = [
+        [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+        for text in (present, wanted)
+    ]
+    _, _, *lines = list(unified_diff(*both, n=0, lineterm="")) or ("", "")
+    return (line for line in lines if not line.startswith("@@"))
 
 
 def _is_same(path: Path, file: File) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from robosc.errors import Note
+from robosc.errors import Note, listing
 from robosc.expr import tree, types
 from robosc.language.events import EventKind, Kind
 from robosc.model import diagnostics, entities
@@ -49,6 +49,8 @@ def check_stop(robot: entities.Robot, report: diagnostics.Report) -> None:
     Nothing is told of a topic of which a message says ``stop: none``, nor where ``stop with
     nothing`` says that the robot may go on.
     """
+    if robot.stop is not None and not robot.supervises:
+        _check_restricted(robot, robot.commands[robot.stop].communication, report)
     if robot.stop is not None or robot.goes_on:
         return
     unmoved = {c.ros_name for c in robot.communications.values() if c.stop is not None}
@@ -71,3 +73,25 @@ def check_stop(robot: entities.Robot, report: diagnostics.Report) -> None:
                 "name the message that stops it: stop with NAME, or stop with nothing",
             )
             return
+
+
+def _check_restricted(robot: entities.Robot, stop: Communication, report: Report) -> None:
+    """Warn of requirements that forbid the message that stops the robot together with others.
+
+    Where one of them fails, the robot goes on with the last of the others.
+    """
+    moving = {
+        c.key: c.name
+        for c in robot.communications.values()
+        if c.kind is Kind.INCOMING and c.stop is None and c is not stop
+    }
+    for requirement in robot.requirements:
+        others = [moving[key] for key in requirement.communications if key in moving]
+        if others and stop.key in requirement.communications and not requirement.on_data:
+            report.add(
+                "stop-restricted",
+                requirement.span,
+                f"{stop.name}, which stops the robot, is forbidden together with"
+                f" {listing(others)}: the robot goes on with what was sent last",
+                f"leave it out (all except {stop.name}), or give it a requirement of its own",
+            )

@@ -240,6 +240,10 @@ def _unquoted(value: object, expected: ExpectedType) -> str | None:
     return value if is_number and expected.accepts(types.DoubleType()) else None
 
 
+_STRINGS = types.BooleanType | types.IntegerType | types.DoubleType | types.EnumType
+"""Of whose values ``string(…)`` makes one."""
+
+
 def hint_for(node: ExprNode, given: types.Type, expected: ExpectedType, place: str) -> Hint | None:
     """The remedy for an expression whose type does not fit its place; None if there is no usual."""
     if isinstance(expected.type, types.DurationType):
@@ -250,6 +254,8 @@ def hint_for(node: ExprNode, given: types.Type, expected: ExpectedType, place: s
         fitting = [name for name, type_ in given.properties if expected.accepts(type_)]
         if len(fitting) == 1:  # of std_msgs/Float32, for one
             return write(f"{node.span.text}.{fitting[0]}")
+    if isinstance(expected.type, types.StringType) and isinstance(given, _STRINGS):
+        return write(f"string({node.span.text})")
     if (comparison := _of_three(node, place)) is not None:
         return comparison
     if isinstance(node, LiteralNode) and (unquoted := _unquoted(node.value, expected)):

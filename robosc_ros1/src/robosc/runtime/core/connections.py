@@ -129,18 +129,17 @@ class ConnectionWatch:
         if clock is not None and clock == known:
             self.faults.append(clock)
         before = self.unconnected
-        missing = list(self.connections.unconnected(publishers, subscribers))
-        unserved = [UNSERVED % name for name in self.unserved()]
-        self.unconnected = missing + unserved
-        # Nodes may still be starting: a node is missing if two checks did not find it.
-        for text in (*self.faults, *(text for text in missing if text in before)):
+        missing = self.connections.unconnected(publishers, subscribers)
+        self.unconnected = [*missing, *(UNSERVED % name for name in self.unserved())]
+        for text in self.faults:
             admitted = self._throttle(text, text, time.monotonic())
             if admitted is not None:
                 self._warn(admitted)
-        for text in unserved:
+        # Nodes may still be starting: a node is missing if two checks did not find it.
+        for text in self.unconnected:
             if text in before and text not in self._told:
                 self._told.add(text)
                 self._warn(text)
-        for text in sorted(self._told.difference(unserved)):
+        for text in sorted(self._told.difference(self.unconnected)):
             self._told.remove(text)
             self._warn("no longer: " + text)

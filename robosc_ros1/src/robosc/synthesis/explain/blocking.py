@@ -127,9 +127,12 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
         if origin is not None and _leaving_by(plant, event.key, variable, place):
             target = location_name(plant, variable, origin)
             direction = "to" if event.kind.to_component else "from"
-            transition = f"on {event.kind.word} {direction} {event.name} goto {target}"
+            own = plant.robot.component(name).states[place].on_communications
+            guarded = any(t.event is event.kind and t.communication == event.key for t in own)
+            otherwise = "else " if guarded else ""
+            transition = f"on {event.kind.word} {direction} {event.name} {otherwise}goto {target}"
             added = f"add '{transition}'"
-            if edges:
+            if edges and not guarded:
                 return f"{added} outside the states of {name}, for when none of the guards holds"
             text = f"{added} in state {here} of {name}"
             return Remedy(text, Change.ADD_TRANSITION, (transition, here, name))

@@ -146,13 +146,15 @@ class _Examiner:
             return
         first_one, second_one = (self.robot.communications[key] for key in (first, second))
         names = [self.robot.display_names[key] for key in (first, second)]
+        more, less = reversed(names) if first == self.robot.stop else names
         topic = first_one.identifier
         yield Diagnostic(
             Severity.WARNING,
             "topic-conflict",
             f"{names[0]} and {names[1]} both go to {topic} and can be enabled together: {when}",
             second_one.span,
-            "let the requirements of one exclude the other",
+            f"say which comes first, as in 'prefer {more} over {less}', or let the requirements of"
+            " one exclude the other",
             (Note(f"{names[0]} is declared here", first_one.span),),
         )
 
