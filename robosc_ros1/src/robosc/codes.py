@@ -61,8 +61,9 @@ _MODEL_ERRORS = (
 )  # fmt: skip
 _MODEL_WARNINGS = (
     "unreachable-state", "hidden-transition", "repeated-communication", "unread-field",
-    "topic-shared", "stale-data", "stale-event", "undefined-data", "no-stop", "stop-restricted", "refusal-unread", "topic-types",
-    "names-differ-in-case", "call-not-taken", "refusal-not-seen", "cancel-is-not-end",
+    "topic-shared", "stale-data", "stale-event", "undefined-data", "no-stop", "stop-restricted",
+    "topic-types", "names-differ-in-case", "call-not-taken", "refusal-not-seen", "refusal-unread",
+    "cancel-is-not-end",
     "unused-datatype", "unused-interface", "unused-variable", "unused-value", "unused-timeout",
     "unused-enum-value", "refused-definition",
 )  # fmt: skip

@@ -175,7 +175,9 @@ def generated_text(result: Generated, reason: str, verbose: bool = False) -> str
     if verbose:
         lines += [f"    {path}" for path in files.written]
     if files.edited:
-        lines.append("changed by hand, and so kept as it is (--force replaces it); + is the model's:")
+        lines.append(
+            "changed by hand, and so kept as it is (--force replaces it); + is the model's:"
+        )
         for path, differences in files.edited.items():
             lines += [f"    {path}", *(f"        {line}" for line in differences)]
     if files.kept:

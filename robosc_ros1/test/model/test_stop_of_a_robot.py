@@ -123,7 +123,9 @@ def test_what_stops_the_robot_is_not_forbidden_with_what_moves_it(
     {requirement}
     provide drive with 0.4
     """
-    found = [shown for code, shown in faults(f"{robot} stop with halt") if code == "stop-restricted"]
+    found = [
+        shown for code, shown in faults(f"{robot} stop with halt") if code == "stop-restricted"
+    ]
     assert found == [requirement] * told_of
     assert "stop-restricted" not in [code for code, _ in faults(f"{robot} stop with nothing")]
     # A supervisor sends the stop by itself.

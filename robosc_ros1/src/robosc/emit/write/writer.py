@@ -24,6 +24,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from difflib import unified_diff
 from hashlib import sha256
+from itertools import islice
 from pathlib import Path
 
 from robosc import errors, limits
@@ -331,12 +332,12 @@ def _is_edited(folder: Path, path: str, record: Mapping[str, str]) -> bool:
 
 def _differences(present: str, wanted: str) -> Iterator[str]:
     """Yield the lines of a diff between two files of settings, but for blank ones and comments."""
-    both = [
-        [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-        for text in (present, wanted)
-    ]
-    _, _, *lines = list(unified_diff(*both, n=0, lineterm="")) or ("", "")
-    return (line for line in lines if not line.startswith("@@"))
+
+    def settings(text: str) -> list[str]:
+        return [line for line in text.splitlines() if line.strip() and line.lstrip()[0] != "#"]
+
+    diff = unified_diff(settings(present), settings(wanted), n=0, lineterm="")
+    return (line for line in islice(diff, 2, None) if not line.startswith("@@"))
 
 
 def _is_same(path: Path, file: File) -> bool:
