@@ -257,3 +257,35 @@ def test_what_a_guard_asks_for_is_there() -> None:
     statement = "provide go with Eye.ranges[1]"
     assert provided(statement, "if length(value.ranges) > 1") == [statement.split()[-1]]
     assert provided(statement, "if !defined(ranges[1])") == []
+
+
+@pytest.mark.parametrize(
+    ("data", "type_", "hint"),
+    [
+        ("places[Base.next].x", "double", "say what is sent then: … else VALUE"),
+        (
+            "places[Base.next]",
+            "Mark",
+            "say what is sent then, field by field: { x: places[Base.next].x else VALUE, … }",
+        ),
+    ],
+)
+def test_the_hint_fits_what_is_sent(data: str, type_: str, hint: str) -> None:
+    """An object has no value that can be written behind 'else'."""
+    _, diagnostics = load(
+        Source("model.rscd", f"""robot Guard {{
+            datatype object Mark {{ x: double y: double }}
+            parameter places: array(Mark) = [{{ x: 1.0, y: 2.0 }}]
+            interface mark use Mark from nowhere_msgs
+            component Base {{
+                incoming message go with type: {type_} {"links mark" * (type_ == "Mark")}
+                behaviour {{
+                    variable next: integer
+                    initial marked state on {{ on request to go do next := next + 1 }}
+                }}
+            }}
+            provide go with {data}
+            stop with nothing
+        }}""")
+    )  # fmt: skip
+    assert [d.hint for d in diagnostics if d.code == CODE] == [hint]

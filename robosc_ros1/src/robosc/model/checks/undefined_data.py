@@ -69,11 +69,17 @@ def _check_provided(robot: Robot, lengths: Lengths, source: Source, report: Repo
             if span is not None and span.source is source:
                 name = robot.display_names[provide.communication]
                 message = f"where what this reads is missing, {name} is not sent"
-                report.add("undefined-data", span, message, _OF_DATA)
+                report.add("undefined-data", span, message, _otherwise(data.type, span.text))
+
+
+def _otherwise(type_: types.Type, text: str) -> str:
+    if isinstance(type_, types.ObjectType) and type_.properties:
+        (first, _), *_ = type_.properties
+        return f"say what is sent then, field by field: {{ {first}: {text}.{first} else VALUE, … }}"
+    return "say what is sent then: … else VALUE"
 
 
 _OF_VALUES = "say what it is then: … else VALUE"
-_OF_DATA = "say what is sent then: … else VALUE"
 _OF_CONDITIONS = "let the condition say what holds then: (min(r for r in …) else 0.0) < …"
 
 

@@ -47,15 +47,15 @@ def blocked_by(controller: Controller, command: Command, *data: Any) -> list[dic
         return reasons
     failed = violated(controller, command, *data)
     if command.kind == "cancel":
-        if not failed:
+        if not failed and not reasons:
             kept = [
                 {"kind": "requirement", "text": "this requirement holds: " + requirement.text,
                  "place": requirement.place}
                 for requirement in (controller.REQUIREMENTS[i] for i in command.requirements)
             ]  # fmt: skip
-            return reasons + (
-                kept or [{"kind": "requirement", "text": "no requirement is a reason to cancel it"}]
-            )
+            return kept or [
+                {"kind": "requirement", "text": "no requirement is a reason to cancel it"}
+            ]
         failed = []  # violated requirements allow a cancel
     if not failed and not reasons:
         text = command.reason or UNEXPLAINED

@@ -65,7 +65,7 @@ def reasons(
     if event.kind is EventKind.CANCEL and not (
         event.requirement is not None and holds(plant, event.requirement, state)
     ):
-        return (*found, *_kept(supervisor, event))
+        return tuple(found or _kept(supervisor, event))
     violated = list(_violated(supervisor, event, state, data))
     if violated or found:
         return (*found, *violated)
