@@ -100,6 +100,29 @@ def test_edges_on_one_line_are_looked_at_one_by_one_where_they_would_show() -> N
     assert faults_of(supervisor_of(OVERLAP), right, "if self.go_cancelling:")
 
 
+ENDING = """
+robot Ending {
+    component F {
+        outgoing action task with identifier: "/task", type: move_base_msgs/MoveBase
+        outgoing message ok with identifier: "/ok", type: boolean
+        behaviour {
+            variable may: boolean
+            on response from ok do may := value
+            initial marked state free { on request from task goto work }
+            state work { on response to task goto free on cancel from task goto over }
+            state over { on error to task if may goto free on response to task goto free }
+        }
+    }
+}
+"""
+
+
+def test_reasons_are_told_again_where_guards_of_other_places_hold() -> None:
+    """In work, only that F blocks the error tells that may does not suffice."""
+    supervisor = supervisor_of(ENDING, supervises=True)
+    assert faults_of(supervisor, 'return self.f == "over" and self.f_may', "return self.f_may")
+
+
 CRANE = REPOSITORY / "robosc_ros1" / "test" / "ros2" / "models" / "crane.rscd"
 LIMITER = EXAMPLES / "gallery" / "limiter" / "limiter.rscd"
 

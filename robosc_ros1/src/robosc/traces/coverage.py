@@ -376,13 +376,27 @@ class Coverage:
         """See which edges of other locations are not taken, though their guards hold and internal
         transitions would not lead on to the same."""
         state, after = states
-        here = {judged.edge.name for judged in self.edges_at(step, partner, state)}
-        elsewhere = self._elsewhere.get((step.number, partner.component), ())
-        for number, judged in enumerate(elsewhere):
-            if judged.edge.name in here or not judged.edge.is_open(state, carried):
-                continue
-            if self._end(after) != self._end(after | {partner.place: judged.edge.target}):
+        for number, edge in self._open_elsewhere(step, partner, state, carried):
+            if self._end(after) != self._end(after | {partner.place: edge.target}):
                 found.add(("stays", step.number, partner.component, number))
+
+    def _open_elsewhere(
+        self, step: ExactStep, partner: Partner, state: State, carried: Carried
+    ) -> Iterator[tuple[int, ExactEdge]]:
+        """The edges of an event, by number, that leave other locations, and whose guards hold."""
+        here = {judged.edge.name for judged in self.edges_at(step, partner, state)}
+        for number, judged in enumerate(self._elsewhere.get((step.number, partner.component), ())):
+            if judged.edge.name not in here and judged.edge.is_open(state, carried):
+                yield number, judged.edge
+
+    def open_elsewhere(self, step: ExactStep, state: State) -> frozenset[Case]:
+        """The edges with guards that would be taken if a component were elsewhere."""
+        return frozenset(
+            (partner.component, number)
+            for partner in step.partners
+            for number, edge in self._open_elsewhere(step, partner, state, NOTHING)
+            if edge.guard is not None
+        )
 
     def _end(self, state: State) -> State:
         """The state to which internal transitions lead."""

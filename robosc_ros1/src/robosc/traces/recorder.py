@@ -413,8 +413,9 @@ class Recorder:
                 yield from self._cancel(command)
                 continue
             reasons = self._coverage.reasons(command, self.state)
-            if reasons is not None and (command.number, reasons) not in self._told:
-                self._told.add((command.number, reasons))
+            why = command.number, reasons, self._coverage.open_elsewhere(command, self.state)
+            if reasons is not None and why not in self._told:
+                self._told.add(why)
                 yield f"disabled {label(command.event)} because {'; '.join(reasons)}"
 
     def _cancel(self, command: ExactStep) -> Iterator[str]:
