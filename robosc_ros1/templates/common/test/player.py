@@ -17,8 +17,11 @@ from robot_tables import COMMANDS, COMMUNICATIONS, MEANT, RESULTS, TABLES, USUAL
 from scripts import EVENT, SENT, Condition, Fault, part_of, put, read, same, value
 from shown import CASES, INPUTS, NOT_FOUND, REQUIREMENTS, RUNS, SHOWN, UNKNOWN, UNREACHABLE
 
-PATIENCE = 30.0
-"""Seconds of the machine after which what must come is missing."""
+PATIENCE, REPORTS = 30.0, 100
+"""Seconds of the machine after which what must come is missing, and so often the node must have
+reported since, that is, had the time for it."""
+HANGS = 300.0
+"""Seconds of the machine after which a node that does not report is not waited for."""
 AGAIN = 0.2
 """Seconds of the machine after which the time is told again: a message of it may be lost."""
 BEGUN = 1000 * 10**9
@@ -36,7 +39,7 @@ class Player:
         self.steps = steps
         self.time = 0
         self._changed = threading.Condition()
-        self._events, self._state, self._reported = [], None, 0
+        self._events, self._state, self._reported, self._reports = [], None, 0, 0
         self._arrived = defaultdict(deque)
         """What came to the robot: messages, each with the call that it is (None), by place."""
         self._open = {}
@@ -92,13 +95,14 @@ class Player:
         """Take the time, in nanoseconds, at which the node reported that it lives."""
         with self._changed:
             self._reported = max(stamp, self._reported)
+            self._reports += 1
             self._changed.notify_all()
 
     # --- a run ---------------------------------------------------------------------------------
 
     def wait(self, condition, what):
         """Wait until a condition is true. Raises Fault."""
-        end, told = time.monotonic() + PATIENCE, 0.0
+        begin, told, reports = time.monotonic(), 0.0, self._reports + REPORTS
         while True:
             with self._changed:
                 if condition():
@@ -107,7 +111,9 @@ class Player:
                     raise Fault(self.misfit)
                 self._changed.wait(0.02)
             now = time.monotonic()
-            if now > end:
+            if self.robot.exit_code is not None:
+                raise Fault("the node ended with exit code %d" % self.robot.exit_code)
+            if now > begin + (PATIENCE if self._reports > reports else HANGS):
                 raise Fault("%s did not come" % what if isinstance(what, str) else what())
             if now > told + AGAIN and self.time:
                 told = now
