@@ -140,6 +140,14 @@ def holds(condition: Function, state: State, carried: Carried = NOTHING) -> bool
         return False
 
 
+def possible_values(condition: Function, state: State, carried: Carried) -> tuple[bool, ...]:
+    """What a condition may come to, where not all is known."""
+    try:
+        return (holds(condition, state, carried),)
+    except KeyError:
+        return (True, False)
+
+
 @dataclass(frozen=True)
 class ExactEdge:
     """An edge of a component, compiled.
@@ -183,6 +191,17 @@ class Partner:
             if edge.is_open(state, carried):
                 return edge
         return None
+
+    def may_take(self, state: State, carried: Carried) -> set[bool]:
+        """Whether it takes an edge; both, where that is not known."""
+        found: set[bool] = set()
+        for edge in self.edges.get(state[self.place], ()):
+            guard = edge.guard
+            values = (True,) if guard is None else possible_values(guard, state, carried)
+            found.update(value for value in values if value)
+            if False not in values:
+                return found
+        return found | {False}
 
 
 class LastOf(Generic[T]):

@@ -16,7 +16,7 @@ from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Guard, Supervisor
 from robosc.traces.attempts import Attempt, attempted
 from robosc.traces.coverage import Case
-from robosc.traces.exact_steps import NOTHING, ExactStep, State
+from robosc.traces.exact_steps import ExactStep, State
 from robosc.traces.recorder import Recorder, RunLine, _assigned
 from robosc.traces.samples import Sample
 from robosc.traces.search import Move
@@ -63,8 +63,8 @@ class GuardRecorder(Recorder):
             self.is_over = True
             return
         assigned = set(_assigned(step, before, sample.parts))
-        self.state = attempt.after
-        cases = set(attempt.cases) | self._complete()
+        self.state, cases = self._coverage.of_settled(attempt.after)
+        cases |= attempt.cases
         if attempt.is_allowed and step.event.key in self._overdue:
             self._due[step.event.key] = self.machine.time + self._overdue[step.event.key]
         if step.event.kind is EventKind.REQUEST and (attempt.is_allowed or self._steps.follows):
@@ -75,14 +75,6 @@ class GuardRecorder(Recorder):
             return
         expected = tuple(self._outcome(step, sample, attempt))
         self._tell(text, expected, assigned, self._stays(step, before, cases), before, cases)
-
-    def _complete(self) -> set[Case]:
-        """Let the internal transitions happen."""
-        cases: set[Case] = set()
-        for taken, before, after in self._steps.settled(self.state):
-            cases |= self._coverage.of_step(taken, before, NOTHING, after)
-            self.state = after
-        return cases | self._coverage.of_state(self.state)
 
     def _outcome(self, step: ExactStep, sample: Sample, attempt: Attempt) -> Iterator[str]:
         """What becomes of a command."""

@@ -420,7 +420,7 @@ class Recorder:
 
     def _cancel(self, command: ExactStep) -> Iterator[str]:
         """Whether a goal may be cancelled, where no run has told that yet."""
-        why = frozenset(self._coverage.of_state_of(command, self.state, NOTHING))
+        why = frozenset(self._coverage.of_command(command, self.state, NOTHING))
         if command.in_phase(self.state) and (command.number, why) not in self._told:
             self._told.add((command.number, why))
             word = "enabled" if command.allowed(self.state) else "disabled"
