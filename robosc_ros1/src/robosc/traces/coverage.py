@@ -257,8 +257,8 @@ class Coverage:
         for index, demand in enumerate(rule.demands):
             case = "demand", step.number, index
             values = demand.condition.possible(state, carried).items()
-            told = None if demand.requirement is None else demand.text
-            found.append(Obstacle({v: [(*case, *one) for one in some] for v, some in values}, told))
+            ways = {v: [(*case, *one) for one in some] for v, some in values}
+            found.append(Obstacle(ways, None if demand.requirement is None else demand.text))
         return found
 
     def of_command(
@@ -327,7 +327,7 @@ class Coverage:
 
     def of_step(self, step: ExactStep, state: State, carried: Carried, after: State) -> set[Case]:
         """The cases of an event that happens in a state."""
-        found = {("at", step.number, p.component, state[p.place]) for p in step.partners}
+        found: set[Case] = {("at", step.number, p.component, state[p.place]) for p in step.partners}
         if not step.event.controllable:
             found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
         elif step.event.kind is not EventKind.TAU:
@@ -352,9 +352,9 @@ class Coverage:
 
     def of_refused_call(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
         """The cases of a call that no component takes."""
-        found = {("refused", step.number, p.component, state[p.place]) for p in step.partners}
-        found |= {("refused", step.number, "idle"), *self._edges_of(step, state, carried)}
-        return found | self._stays(step, state, carried, state)
+        number, found = step.number, self._stays(step, state, carried, state)
+        found |= {("refused", number, p.component, state[p.place]) for p in step.partners}
+        return found | {("refused", number, "idle"), *self._edges_of(step, state, carried)}
 
     def _edges_of(
         self, step: ExactStep, state: State, carried: Carried, after: State | None = None
