@@ -484,9 +484,8 @@ def _outcomes(condition: DecidedCondition) -> Iterator[tuple[tuple[int, bool, st
 
 def _can_be(atom: Atom, near: str, value: bool) -> bool:
     """Whether a comparison has this value there."""
-    word = next(w for w in (" <= ", " >= ", " != ", " < ", " > ", " = ", "") if w in atom.text)
     true = {
-        " <= ": ("at", "below"), " < ": ("below",), " >= ": ("at", "above"), " > ": ("above",),
-        " = ": ("at",), " != ": ("below", "above"),
-    }.get(word)  # fmt: skip
-    return true is None or (near in true) is value
+        "<=": ("at", "below"), "<": ("below",), ">=": ("at", "above"), ">": ("above",),
+        "=": ("at",), "!=": ("below", "above"),
+    }[atom.operator]  # fmt: skip
+    return (near in true) is value

@@ -43,6 +43,7 @@ class Atom:
     value: Function
     sides: tuple[Function, Function] | None
     step: float
+    operator: str = ""
 
     def outcome(self, state: State, carried: Carried) -> tuple[bool, str]:
         """Whether it holds, and where its left number lies from its right one, if that is near."""
@@ -225,7 +226,6 @@ class DecidedCondition:
         return over
 
     def _atom(self, expr: Expr) -> Atom:
-        sides, step = None, 0.0
         compared = expr.operand if isinstance(expr, Holds) else expr
         if (
             isinstance(compared, Binary)
@@ -235,7 +235,8 @@ class DecidedCondition:
             sides = function(compared.left), function(compared.right)
             both = (compared.left.type, compared.right.type)
             step = float(all(isinstance(t, IntegerType) for t in both))
-        return Atom(self._text(expr), function(expr), sides, step)
+            return Atom(self._text(expr), function(expr), sides, step, compared.operator)
+        return Atom(self._text(expr), function(expr), None, 0.0)
 
 
 _TABLES: dict[str, Callable[[bool, bool], bool]] = {

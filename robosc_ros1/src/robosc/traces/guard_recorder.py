@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -12,13 +12,12 @@ from robosc.plant.automaton import Event
 from robosc.plant.build import lower
 from robosc.runtime.core.values import NOW, jsonable
 from robosc.simulate.machines.machine import label
-from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Guard, Supervisor
 from robosc.traces.attempts import Attempt, attempted
 from robosc.traces.coverage import Case
 from robosc.traces.exact_steps import ExactStep, State
 from robosc.traces.recorder import Recorder, RunLine, _assigned
-from robosc.traces.samples import Sample
+from robosc.traces.samples import Sample, fields_of, fields_text
 from robosc.traces.search import Move
 
 
@@ -81,14 +80,10 @@ class GuardRecorder(Recorder):
         name = label(step.event)
         if attempt.is_allowed:
             yield f"sent {name}"
-            fields = {**_raw(sample), **_by_path(attempt.set_fields)}
-            told = [
-                f"{path}: {literal_text(value, True)}" if path else literal_text(value, True)
-                for path, value in fields.items()
-                if value != NOW
-            ]
-            if told and step.event.kind.sent:
-                yield f"data {name} {', '.join(told)}"
+            made = {path: jsonable(value) for path, value in attempt.set_fields.items()}
+            fields = {p: v for p, v in {**fields_of(sample.raw), **made}.items() if v != NOW}
+            if fields and step.event.kind.sent:
+                yield f"data {name} {fields_text(fields)}"
         else:
             yield "sent nothing"
             word = "forbidden" if self._steps.follows else "blocked"
@@ -130,12 +125,3 @@ def permissive(supervisor: Supervisor) -> Supervisor:
     plant = lower(replace(supervisor.plant.robot, requirements=(), provides=()))
     guards = [Guard(e, TRUE, TRUE, "as required") for e in plant.events if e.controllable]
     return replace(supervisor, plant=plant, guards=tuple(guards), explanations=())
-
-
-def _raw(sample: Sample) -> dict[str, Any]:
-    raw = sample.raw
-    return {} if raw is None else dict(raw) if isinstance(raw, Mapping) else {"": raw}
-
-
-def _by_path(fields: Mapping[str, Any]) -> dict[str, Any]:
-    return {path: jsonable(value) for path, value in fields.items()}
