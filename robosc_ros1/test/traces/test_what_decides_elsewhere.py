@@ -67,6 +67,34 @@ def test_what_chooses_elements_is_tried_at_its_number() -> None:
     assert faults_of(supervisor_of(CHOSEN), "r_ > 0.05", "r_ > 0.11")
 
 
+AROUND = """
+robot Around {
+    component Laser {
+        outgoing message scan with identifier: "/scan", type: sensor_msgs/LaserScan
+        behaviour {
+            variable front: double
+            variable rear: double
+            variable rays: integer
+            initial marked state on_ {
+                on response from scan do
+                    front := min(r for r in sector(value, -0.5, 0.5) if r > 0.05) else 0.0,
+                    rear := min(r for r in sector(value, 2.64, -2.64) if r > 0.05) else 0.0,
+                    rays := length(sector(value, -0.5, 0.5))
+            }
+        }
+    }
+    component Base { incoming message drive with type: boolean }
+    requirement drive needs Laser.front > 0.4
+    provide drive with true
+}
+"""
+
+
+def test_scans_that_go_around_show_where_a_sector_ends() -> None:
+    """The ray before it is at -1.0; of the second time around, one is at -0.57."""
+    assert faults_of(supervisor_of(AROUND), "-0.5, 0.5)", "-0.65, 0.5)")
+
+
 OVERLAP = """
 robot Overlap {
     interface trip use Trip from own_msgs

@@ -49,8 +49,8 @@ PARTS = 6000
 """The most parts that all values have together that are looked at."""
 BASES = 16
 """So many objects differ in all their parts; others in one from one of these."""
-LENGTHS = (1, 2, 3, 4, 6, 9, 36)
-"""Lengths of arrays, one of which may be that of the message."""
+LENGTHS = (36, 9, 6, 4, 3, 2, 1)
+"""Lengths of arrays, one of which may be that of the message: a scan that goes around comes first."""
 REJECTED = "rejected"
 SHORT = "x"
 """A text where the usual ones are too long."""
