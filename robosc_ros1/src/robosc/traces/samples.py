@@ -50,7 +50,7 @@ PARTS = 6000
 BASES = 16
 """So many objects differ in all their parts; others in one from one of these."""
 LENGTHS = (36, 9, 6, 4, 3, 2, 1)
-"""Lengths of arrays, one of which may be that of the message: a scan that goes around comes first."""
+"""Lengths of arrays, one of which may be that of the message; a scan may go around."""
 REJECTED = "rejected"
 SHORT = "x"
 """A text where the usual ones are too long."""
