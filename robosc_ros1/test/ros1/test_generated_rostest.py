@@ -120,7 +120,7 @@ def test_a_script_that_does_not_fit_messages_unknown_when_it_was_made_is_skipped
     assert run_robosc(("generate", "unknown.rscd"), tmp_path, {}).returncode == 0
     package = tmp_path / "unknown_controller"
     path = f"{package / 'src'}:{generated_workspace.environment()['PYTHONPATH']}"
-    player = ("python3", str(package / "test" / "play_scripts.py"))
+    player = ("python3", str(package / "test" / "play_scripts.py"), "--text")
     done = generated_workspace.run("env", f"PYTHONPATH={path}", *player, master=roscore)
     why = "Primitives: field one_uint8 exceeds specified width [uint8]"
     how = "generate this package again where the definitions of robosc_testing/Primitives are found"
