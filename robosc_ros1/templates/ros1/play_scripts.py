@@ -7,7 +7,7 @@ import unittest
 
 import rostest
 from player import SCRIPTS, play, report
-from players import Robot
+from players import Player, Robot
 from robot_tables import PACKAGE
 from shown import UNTESTED
 
@@ -19,7 +19,7 @@ class PlayScripts(unittest.TestCase):
     passed: set = set()  # noqa: RUF012
 
     def run_script(self, script):
-        play(script, self.robot)
+        play(script, self.robot, Player)
         self.passed.add(script.stem)
 
     def test_zz_commands_are_shown(self):

@@ -9,7 +9,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from player import SCRIPTS, play, report
-from players import Robot
+from players import Player, Robot
 from shown import UNTESTED
 
 PASSED = set()
@@ -24,7 +24,7 @@ def robot():
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
 def test_script(script, robot):
-    play(script, robot)
+    play(script, robot, Player)
     PASSED.add(script.stem)
 
 

@@ -109,7 +109,7 @@ def test_no_attribute_hides_a_method(target):
 @pytest.mark.parametrize("target", TARGETS)
 def test_classes_are_read_with_those_that_they_extend(target):
     """Through several files, and into the runtime."""
-    robot = Place(target, TEMPLATES / target / "guarded_player.py", "GuardedRobot")
+    robot = Place(target, TEMPLATES / "common" / "test" / "guarded_player.py", "GuardedRobot")
     family = ["GuardedRobot", "Robot", "PlayedRobot"]
     assert [place.name for place in with_bases(robot)] == family
     relay = Place(target, TEMPLATES / target / "relay.py", "RelayPort")

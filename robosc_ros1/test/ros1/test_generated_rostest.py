@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from emit.golden_packages import package_of
-from ros_support import Workspace
+from ros_support import Master, Workspace, run_robosc
 
 from robosc.emit.write.writer import write
 
@@ -93,6 +93,38 @@ def test_a_python_without_rospy_is_told_before_the_test_begins(
     done = lantern.run("env", f"PATH={path}", *make, check=False)
     assert done.returncode != 0
     assert "python3 cannot import rospy: put that of ROS first on PATH" in done.stderr
+
+
+UNKNOWN = """
+robot Unknown {
+    interface report use Primitives from robosc_testing
+    datatype object Report { one_uint8: integer }
+    component Server {
+        outgoing message report with type: Report links report
+        behaviour {
+            variable last: integer
+            initial marked state on_ { on response from report do last := value.one_uint8 }
+        }
+    }
+    component Lamp { incoming message lamp with type: boolean }
+    requirement lamp needs Server.last > 300
+    provide lamp with true
+}
+"""
+
+
+def test_a_script_that_does_not_fit_messages_unknown_when_it_was_made_is_skipped(
+    generated_workspace: Workspace, roscore: Master, tmp_path: Path
+) -> None:
+    tmp_path.joinpath("unknown.rscd").write_text(UNKNOWN, encoding="utf-8")
+    assert run_robosc(("generate", "unknown.rscd"), tmp_path, {}).returncode == 0
+    package = tmp_path / "unknown_controller"
+    path = f"{package / 'src'}:{generated_workspace.environment()['PYTHONPATH']}"
+    player = ("python3", str(package / "test" / "play_scripts.py"), "--text")
+    done = generated_workspace.run("env", f"PYTHONPATH={path}", *player, master=roscore)
+    why = "Primitives: field one_uint8 exceeds specified width [uint8]"
+    how = "generate this package again where the definitions of robosc_testing/Primitives are found"
+    assert f"skipped '{why}; {how}'" in done.stdout + done.stderr
 
 
 @pytest.mark.once

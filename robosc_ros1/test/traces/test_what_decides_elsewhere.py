@@ -67,6 +67,34 @@ def test_what_chooses_elements_is_tried_at_its_number() -> None:
     assert faults_of(supervisor_of(CHOSEN), "r_ > 0.05", "r_ > 0.11")
 
 
+AROUND = """
+robot Around {
+    component Laser {
+        outgoing message scan with identifier: "/scan", type: sensor_msgs/LaserScan
+        behaviour {
+            variable front: double
+            variable rear: double
+            variable rays: integer
+            initial marked state on_ {
+                on response from scan do
+                    front := min(r for r in sector(value, -0.5, 0.5) if r > 0.05) else 0.0,
+                    rear := min(r for r in sector(value, 2.64, -2.64) if r > 0.05) else 0.0,
+                    rays := length(sector(value, -0.5, 0.5))
+            }
+        }
+    }
+    component Base { incoming message drive with type: boolean }
+    requirement drive needs Laser.front > 0.4
+    provide drive with true
+}
+"""
+
+
+def test_scans_that_go_around_show_where_a_sector_ends() -> None:
+    """The ray before it is at -1.0; of the second time around, one is at -0.57."""
+    assert faults_of(supervisor_of(AROUND), "-0.5, 0.5)", "-0.65, 0.5)")
+
+
 OVERLAP = """
 robot Overlap {
     interface trip use Trip from own_msgs
@@ -98,6 +126,29 @@ def test_edges_on_one_line_are_looked_at_one_by_one_where_they_would_show() -> N
     """Beside a low battery, an internal transition leads on to the right state at once."""
     right = 'if self.mission == "driving performing" and self.go_cancelling:'
     assert faults_of(supervisor_of(OVERLAP), right, "if self.go_cancelling:")
+
+
+ENDING = """
+robot Ending {
+    component F {
+        outgoing action task with identifier: "/task", type: move_base_msgs/MoveBase
+        outgoing message ok with identifier: "/ok", type: boolean
+        behaviour {
+            variable may: boolean
+            on response from ok do may := value
+            initial marked state free { on request from task goto work }
+            state work { on response to task goto free on cancel from task goto over }
+            state over { on error to task if may goto free on response to task goto free }
+        }
+    }
+}
+"""
+
+
+def test_reasons_are_told_again_where_guards_of_other_places_hold() -> None:
+    """In work, only that F blocks the error tells that may does not suffice."""
+    supervisor = supervisor_of(ENDING, supervises=True)
+    assert faults_of(supervisor, 'return self.f == "over" and self.f_may', "return self.f_may")
 
 
 CRANE = REPOSITORY / "robosc_ros1" / "test" / "ros2" / "models" / "crane.rscd"

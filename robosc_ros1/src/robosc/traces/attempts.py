@@ -53,7 +53,7 @@ def attempted(
     after = step.after(state, sent if changes else made)
     if steps.follows and after is None and _kind(steps, step) is Kind.ACTION:
         return None
-    cases = coverage.of_state_of(step, state, made)
+    cases = coverage.of_command(step, state, made)
     if fields and is_allowed:
         cases.add(("corrected", step.number, *fields))
     if is_allowed and after is not None and not changes:

@@ -26,6 +26,7 @@ from robosc.simulate.machines.machine import label
 from robosc.traces.deciding_atoms import Atom, DecidedCondition, filtered_in
 from robosc.traces.exact_steps import (
     NOTHING,
+    UNKNOWN,
     Carried,
     ExactEdge,
     ExactStep,
@@ -34,6 +35,7 @@ from robosc.traces.exact_steps import (
     State,
     Steps,
     holds,
+    possible_values,
 )
 
 Case: TypeAlias = tuple[Any, ...]
@@ -62,11 +64,24 @@ class CommandDemands:
 
 
 @dataclass(frozen=True, eq=False)
+class Obstacle:
+    """What may stand in the way of a command: whether it lets it pass, with the cases that this is
+    if nothing else stands there; and as what a node tells it (None: that cannot be told)."""
+
+    ways: Mapping[bool, Sequence[Case]]
+    told: str | None
+
+    @property
+    def may_pass(self) -> bool:
+        return True in self.ways
+
+
+@dataclass(frozen=True, eq=False)
 class JudgedEdge:
-    """An edge with its guard (None: it has none), and the conditions that become variables."""
+    """An edge with its guard, and the conditions that become variables."""
 
     edge: ExactEdge
-    guard: DecidedCondition | None
+    guard: DecidedCondition
     made: Mapping[str, DecidedCondition]
 
 
@@ -89,10 +104,7 @@ class Coverage:
         for (number, component, _), judged in self._edges.items():
             self._elsewhere.setdefault((number, component), []).extend(judged)
         self._provides = {
-            step.number: [
-                (p, None if c is None else self._condition(p.condition or TRUE))
-                for c, p, _ in step.provides
-            ]
+            step.number: [(p, self._condition(p.condition or TRUE)) for _, p, _ in step.provides]
             for step in steps.commands
         }
         self._by_data = {rule.step.number for rule in self.rules if steps.reads_data(rule.step)}
@@ -108,7 +120,7 @@ class Coverage:
         return DecidedCondition(expr, self._text)
 
     def _judged(self, edge: ExactEdge) -> JudgedEdge:
-        guard = None if edge.condition is None else self._condition(edge.condition)
+        guard = self._condition(edge.condition or TRUE)
         made = zip(edge.assigned, edge.made, strict=True)
         return JudgedEdge(edge, guard, {a[0]: self._condition(v) for a, v in made if _joins(v)})
 
@@ -182,7 +194,7 @@ class Coverage:
         for index, (provide, condition) in enumerate(self._provides[number]):
             where = f"{name}, provide ({place(provide.span)})"
             yield ("provided", number, index), f"{where} gives its data"
-            for outcome, text in () if condition is None else _outcomes(condition):
+            for outcome, text in _outcomes(condition):
                 yield ("provide", number, index, *outcome), f"{where}: {text} alone decides"
 
     def _of_partner(self, step: ExactStep, partner: Partner) -> Iterator[tuple[Case, str]]:
@@ -198,7 +210,7 @@ class Coverage:
                 yield ("taken", *case), told
                 for key, *_ in assigned:
                     yield ("assigned", *case, key), f"{told}, which changes {key}"
-                for outcome, text in () if judged.guard is None else _outcomes(judged.guard):
+                for outcome, text in _outcomes(judged.guard):
                     yield ("edge", *case, *outcome), f"{told}: {text} alone decides"
                 for key, condition in judged.made.items():
                     for outcome, text in _outcomes(condition):
@@ -212,90 +224,67 @@ class Coverage:
         found: set[Case] = {("states", n, n not in violated) for n in self.steps.on_states}
         for rule in self.rules:
             if not self.steps.guards_others:
-                self._see_rule(rule, state, found, None)
+                found |= self.of_command(rule.step, state)
             elif not self.steps.follows and rule.step.number not in self._by_data:
-                self._see_reasons(rule, state, found)
+                found.update(self._told(rule, state))
         for step in self.steps.taus:
-            for partner in step.partners:
-                self._see_edges(step, partner, state, NOTHING, found, False)
+            found.update(self._edges_of(step, state, NOTHING))
         return found
 
-    def _see_reasons(self, rule: CommandDemands, state: State, found: set[Case]) -> None:
-        """See which demand alone is told beside what else is in the way of a command."""
+    def _told(self, rule: CommandDemands, state: State) -> Iterator[Case]:
+        """Which demand alone is told beside what else is in the way of a command."""
         step = rule.step
-        if step.in_phase(state) and not step.blocked_by(state, NOTHING):
-            return
-        outcomes = [demand.condition.deciding(state)[0] for demand in rule.demands]
-        if outcomes.count(False) == 1:
-            found.add(("told", step.number, outcomes.index(False)))
+        if not step.in_phase(state) or step.blocked_by(state, NOTHING):
+            outcomes = [demand.condition.deciding(state)[0] for demand in rule.demands]
+            if outcomes.count(False) == 1:
+                yield "told", step.number, outcomes.index(False)
 
-    def _see_rule(
-        self, rule: CommandDemands, state: State, found: set[Case], carried: Carried | None
-    ) -> None:
-        step = rule.step
+    def _obstacles(self, step: ExactStep, state: State, carried: Carried) -> list[Obstacle]:
+        """All that may stand in the way of a command."""
+        found, rule = [], self.rules_by_number[step.number]
+        for partner in step.partners:
+            if partner.blocking:
+                name = partner.component
+                told = f"blocked by {name} in {told_with_stage(state[partner.place])}"
+                cases: list[Case] = [("blocked", step.number, name)]
+                ways = {v: [] if v else cases for v in partner.may_take(state, carried)}
+                found.append(Obstacle(ways, told if name in self._components else None))
+        for other in rule.preferred:
+            known = carried is not UNKNOWN
+            allowed = {other.allowed(state)} if known else {False, other.in_phase(state)}
+            yields: list[Case] = [("yields", step.number, other.number)]
+            found.append(Obstacle({not v: yields if v else [] for v in allowed}, ""))
+        for index, demand in enumerate(rule.demands):
+            case = "demand", step.number, index
+            values = demand.condition.possible(state, carried).items()
+            ways = {v: [(*case, *one) for one in some] for v, some in values}
+            found.append(Obstacle(ways, None if demand.requirement is None else demand.text))
+        return found
+
+    def of_command(
+        self, step: ExactStep, state: State, carried: Carried | None = None
+    ) -> set[Case]:
+        """The cases of what alone decides whether a command may be sent; ``carried`` is what
+        another controller sends."""
         if not step.in_phase(state):
-            return
+            return set()
         try:
             carried = step.carried(state) if carried is None else carried
         except Undefined:
-            return
-        blocking = step.blocked_by(state, carried)
-        preferred = [other for other in rule.preferred if other.allowed(state)]
-        outcomes = [demand.condition.deciding(state, carried) for demand in rule.demands]
-        failing = [n for n, (value, _) in enumerate(outcomes) if not value]
-        if len(blocking) + len(failing) + len(preferred) > 1:
-            return
-        if blocking:
-            found.add(("blocked", step.number, blocking[0].component))
-            return
-        if preferred:
-            found.add(("yields", step.number, preferred[0].number))
-            return
-        if step.after(state, carried) is None:
-            return
-        for index, (_, deciding) in enumerate(outcomes):
-            if not failing or failing == [index]:
-                found |= {("demand", step.number, index, *outcome) for outcome in deciding}
-
-    def of_step(self, step: ExactStep, state: State, carried: Carried, after: State) -> set[Case]:
-        """The cases of an event that happens in a state."""
-        found: set[Case] = set()
-        for partner in step.partners:
-            found.add(("at", step.number, partner.component, state[partner.place]))
-        if step.event.controllable:
-            if step.event.kind is not EventKind.TAU:
-                found.add(("sent", step.number))
-                found |= {("replaced", step.number, True)} if step.replaces(state) else set()
-                found |= self.of_state_of(step, state, carried)
-                self._see_data(step, state, found)
-        else:
-            found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
-        for partner in step.partners:
-            self._see_edges(step, partner, state, carried, found, True, after)
-            self._see_stays(step, partner, (state, after), carried, found)
-        return found
-
-    def of_refusal(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
-        """The cases of an answer that is not as expected."""
-        found: set[Case] = {("refused", step.number, state[f"~{step.event.key}"])}
-        for partner in step.partners:
-            if partner.component == step.event.key:
-                self._see_edges(step, partner, state, carried, found, False)
-        return found
-
-    def of_refused_call(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
-        """The cases of a call that no component takes."""
-        found: set[Case] = {("refused", step.number, "idle")}
-        for partner in step.partners:
-            found.add(("refused", step.number, partner.component, state[partner.place]))
-            self._see_edges(step, partner, state, carried, found, False)
-            self._see_stays(step, partner, (state, state), carried, found)
+            return set()
+        obstacles = self._obstacles(step, state, carried)
+        closed = [one for one in obstacles if not one.may_pass]
+        if len(closed) > 1:
+            return set()
+        found = {c for one in closed or obstacles for cases in one.ways.values() for c in cases}
+        is_alone = not any(case[0] in ("blocked", "yields") for case in found)
+        if carried is not UNKNOWN and is_alone and step.after(state, carried) is None:
+            return set()
         return found
 
     def allows(self, step: ExactStep, state: State, carried: Carried) -> bool:
         """Whether a command of another controller may pass."""
-        rule = self.rules_by_number[step.number]
-        met = all(demand.condition.deciding(state, carried)[0] for demand in rule.demands)
+        met = all(one.may_pass for one in self._obstacles(step, state, carried))
         guarded = step.guard is None or holds(step.guard, state, carried)
         return met and guarded and step.after(state, carried) is not None
 
@@ -303,86 +292,118 @@ class Coverage:
         self, step: ExactStep, state: State, carried: Carried | None = None
     ) -> tuple[str, ...] | None:
         """Why a command is not enabled, as a node tells it; None if that cannot be told."""
-        rule = self.rules_by_number[step.number]
         if step.event.kind is EventKind.CANCEL:
             return None
-        found = []
-        if not step.in_phase(state):
-            found.append(f"it is {state[step.phase or '']}")
         try:
             carried = step.carried(state) if carried is None else carried
         except Undefined:
             return None
-        blocking = step.blocked_by(state, carried)
-        if step.in_phase(state) and not blocking and step.after(state, carried) is None:
+        found = [] if step.in_phase(state) else [f"it is {state[step.phase or '']}"]
+        closed = [one for one in self._obstacles(step, state, carried) if not one.may_pass]
+        is_blocked = found or step.blocked_by(state, carried)
+        if not is_blocked and step.after(state, carried) is None:
             return None
-        if any(p.component not in self._components for p in blocking):
+        if any(one.told is None for one in closed):
             return None
-        for name in dict.fromkeys(p.component for p in blocking):
-            found.append(f"blocked by {name} in {told_with_stage(state[name])}")
-        for demand in rule.demands:
-            if demand.condition.deciding(state, carried)[0]:
-                continue
-            if demand.requirement is None:
-                return None
-            found.append(demand.text)
+        found += dict.fromkeys(one.told for one in closed if one.told)
         return tuple(found) if found else None
 
-    def of_state_of(
-        self, step: ExactStep, state: State, carried: Carried | None = None
-    ) -> set[Case]:
-        """The cases of one command in a state; ``carried`` is what another controller sends."""
+    def possible(self, step: ExactStep, state: State) -> set[Case]:
+        """The cases of an event that may show in a state of the plant, of which numbers are left
+        out."""
         found: set[Case] = set()
-        guards = self.steps.guards_others
-        self._see_rule(self.rules_by_number[step.number], state, found, carried if guards else None)
+        if step.number in self.rules_by_number:
+            found |= self.of_command(step, state, UNKNOWN)
+            if step.replaces(state):
+                found |= {("replaced", step.number, value) for value in (True, False)}
+            if all(one.may_pass for one in self._obstacles(step, state, UNKNOWN)):
+                found.add(("sent", step.number))
+                found.update(self._data_of(step, state, UNKNOWN))
+        elif not step.event.controllable:
+            found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
+        if step.guard is None or True in possible_values(step.guard, state, UNKNOWN):
+            found.update(self._edges_of(step, state, UNKNOWN, {}))
         return found
 
-    def _see_edges(
-        self,
-        step: ExactStep,
-        partner: Partner,
-        state: State,
-        carried: Carried,
-        found: set[Case],
-        happens: bool,
-        after: State | None = None,
-    ) -> None:
-        for judged in self.edges_at(step, partner, state):
-            edge, value = judged.edge, True
-            case = step.number, partner.component, *edge.name
-            if judged.guard is not None:
-                value, deciding = judged.guard.deciding(state, carried)
-                found |= {("edge", *case, *outcome) for outcome in deciding}
-            if not value:
-                continue
-            if happens and after is not None:
-                found.add(("taken", *case))
-                for key, *_ in edge.assigned:
-                    if after[key] != state[key]:
-                        found.add(("assigned", *case, key))
-                for key, condition in judged.made.items():
-                    deciding = condition.deciding(state, carried)[1]
-                    found |= {("made", *case, key, *outcome) for outcome in deciding}
-            return
+    def of_step(self, step: ExactStep, state: State, carried: Carried, after: State) -> set[Case]:
+        """The cases of an event that happens in a state."""
+        found: set[Case] = {("at", step.number, p.component, state[p.place]) for p in step.partners}
+        if not step.event.controllable:
+            found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
+        elif step.event.kind is not EventKind.TAU:
+            found.add(("sent", step.number))
+            found |= {("replaced", step.number, True)} if step.replaces(state) else set()
+            found |= self.of_command(step, state, carried if self.steps.guards_others else None)
+            found.update(self._data_of(step, state, NOTHING))
+        found.update(self._edges_of(step, state, carried, after))
+        return found | self._stays(step, state, carried, after)
 
-    def _see_stays(
-        self,
-        step: ExactStep,
-        partner: Partner,
-        states: tuple[State, State],
-        carried: Carried,
-        found: set[Case],
-    ) -> None:
-        """See which edges of other locations are not taken, though their guards hold and internal
+    def of_settled(self, state: State) -> tuple[State, set[Case]]:
+        """Where all leads that a controller does by itself, and the cases that it shows."""
+        found: set[Case] = set()
+        for step, before, state in self.steps.settled(state):  # noqa: B020
+            found |= self.of_step(step, before, step.carried(before), state)
+        return state, found | self.of_state(state)
+
+    def of_refusal(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
+        """The cases of an answer that is not as expected."""
+        own = (case for case in self._edges_of(step, state, carried) if case[2] == step.event.key)
+        return {("refused", step.number, state[f"~{step.event.key}"]), *own}
+
+    def of_refused_call(self, step: ExactStep, state: State, carried: Carried) -> set[Case]:
+        """The cases of a call that no component takes."""
+        number, found = step.number, self._stays(step, state, carried, state)
+        found |= {("refused", number, p.component, state[p.place]) for p in step.partners}
+        return found | {("refused", number, "idle"), *self._edges_of(step, state, carried)}
+
+    def _edges_of(
+        self, step: ExactStep, state: State, carried: Carried, after: State | None = None
+    ) -> Iterator[Case]:
+        """What decides which edges are taken; the state ``after`` it is empty, where it is not
+        known, and None, where nothing happens."""
+        for partner in step.partners:
+            for judged in self._edges_at(step, partner, state):
+                case = step.number, partner.component, *judged.edge.name
+                values = judged.guard.possible(state, carried)
+                yield from (("edge", *case, *one) for some in values.values() for one in some)
+                if True in values and after is not None:
+                    yield "taken", *case
+                    for key, value, *_ in judged.edge.assigned:
+                        if _changes(state, after, key, value):
+                            yield "assigned", *case, key
+                    for key, condition in judged.made.items():
+                        for outcomes in condition.possible(state, carried).values():
+                            yield from (("made", *case, key, *one) for one in outcomes)
+                if False not in values:
+                    break
+
+    def _stays(self, step: ExactStep, state: State, carried: Carried, after: State) -> set[Case]:
+        """Which edges of other locations are not taken, though their guards hold and internal
         transitions would not lead on to the same."""
-        state, after = states
-        here = {judged.edge.name for judged in self.edges_at(step, partner, state)}
-        elsewhere = self._elsewhere.get((step.number, partner.component), ())
-        for number, judged in enumerate(elsewhere):
-            if judged.edge.name in here or not judged.edge.is_open(state, carried):
-                continue
-            if self._end(after) != self._end(after | {partner.place: judged.edge.target}):
-                found.add(("stays", step.number, partner.component, number))
+        found: set[Case] = set()
+        for partner in step.partners:
+            for number, edge in self._open_elsewhere(step, partner, state, carried):
+                if self._end(after) != self._end(after | {partner.place: edge.target}):
+                    found.add(("stays", step.number, partner.component, number))
+        return found
+
+    def _open_elsewhere(
+        self, step: ExactStep, partner: Partner, state: State, carried: Carried
+    ) -> Iterator[tuple[int, ExactEdge]]:
+        """The edges of an event, by number, that leave other locations, and whose guards hold."""
+        here = {judged.edge.name for judged in self._edges_at(step, partner, state)}
+        for number, judged in enumerate(self._elsewhere.get((step.number, partner.component), ())):
+            if judged.edge.name not in here and judged.edge.is_open(state, carried):
+                yield number, judged.edge
+
+    def open_elsewhere(self, step: ExactStep, state: State) -> frozenset[Case]:
+        """The edges with guards that would be taken if a component were elsewhere."""
+        return frozenset(
+            (partner.component, number)
+            for partner in step.partners
+            for number, edge in self._open_elsewhere(step, partner, state, NOTHING)
+            if edge.guard is not None
+        )
 
     def _end(self, state: State) -> State:
         """The state to which internal transitions lead."""
@@ -390,31 +411,27 @@ class Coverage:
             state = after
         return state
 
-    def edges_at(self, step: ExactStep, partner: Partner, state: State) -> Sequence[JudgedEdge]:
+    def _edges_at(self, step: ExactStep, partner: Partner, state: State) -> Sequence[JudgedEdge]:
         """The edges of an event that leave where a component is."""
         return self._edges.get((step.number, partner.component, state[partner.place]), ())
 
-    def provided_if(self, step: ExactStep) -> list[DecidedCondition | None]:
-        """The conditions of the statements that give a command's data."""
-        return [condition for _, condition in self._provides[step.number]]
-
-    def _see_data(self, step: ExactStep, state: State, found: set[Case]) -> None:
+    def _data_of(self, step: ExactStep, state: State, carried: Carried) -> Iterator[Case]:
         for index, (_, condition) in enumerate(self._provides[step.number]):
-            value = True
-            if condition is not None:
-                value, deciding = condition.deciding(state)
-                found |= {("provide", step.number, index, *outcome) for outcome in deciding}
-            if value:
-                found.add(("provided", step.number, index))
+            values = condition.possible(state, carried)
+            case = step.number, index
+            yield from (("provide", *case, *one) for some in values.values() for one in some)
+            if True in values:
+                yield "provided", *case
+            if False not in values:
                 return
 
     def atoms(self) -> Sequence[Function]:
         """The atoms over states alone; two states in which all agree are alike."""
         conditions = [d.condition for rule in self.rules for d in rule.demands]
         edges = [judged for several in self._edges.values() for judged in several]
-        conditions += [judged.guard for judged in edges if judged.guard is not None]
+        conditions += [judged.guard for judged in edges]
         conditions += [condition for judged in edges for condition in judged.made.values()]
-        conditions += [c for found in self._provides.values() for _, c in found if c is not None]
+        conditions += [c for found in self._provides.values() for _, c in found]
         # What another controller sends comes later, in a state that is like the first of its kind.
         guards = self.steps.guards_others
         return [a.outcome if guards else a.value for c in conditions for a in c.outer]
@@ -429,6 +446,14 @@ def through(step: ExactStep, before: State, after: State) -> set[Case]:
         for p in step.partners
     )
     return {("through", step.number, *place) for place in places}
+
+
+def _changes(state: State, after: State, key: str, value: Function) -> bool:
+    """Whether a variable changes, or may do so."""
+    try:
+        return bool((after[key] if after else value(state, UNKNOWN)) != state[key])
+    except (Undefined, KeyError):
+        return True
 
 
 def _joins(expr: Expr) -> bool:
@@ -459,9 +484,8 @@ def _outcomes(condition: DecidedCondition) -> Iterator[tuple[tuple[int, bool, st
 
 def _can_be(atom: Atom, near: str, value: bool) -> bool:
     """Whether a comparison has this value there."""
-    word = next(w for w in (" <= ", " >= ", " != ", " < ", " > ", " = ", "") if w in atom.text)
     true = {
-        " <= ": ("at", "below"), " < ": ("below",), " >= ": ("at", "above"), " > ": ("above",),
-        " = ": ("at",), " != ": ("below", "above"),
-    }.get(word)  # fmt: skip
-    return true is None or (near in true) is value
+        "<=": ("at", "below"), "<": ("below",), ">=": ("at", "above"), ">": ("above",),
+        "=": ("at",), "!=": ("below", "above"),
+    }[atom.operator]  # fmt: skip
+    return (near in true) is value

@@ -15,7 +15,7 @@ from typing import Any, Generic, TypeAlias, TypeVar
 
 from robosc.emit.controller.whole_guards import whole_guards
 from robosc.expr.evaluation import as_read, evaluate, part_of_value, scalar_of
-from robosc.expr.traversal import path_text, walk
+from robosc.expr.traversal import all_names, path_text, walk
 from robosc.expr.tree import (
     REASON,
     Aggregate,
@@ -140,6 +140,14 @@ def holds(condition: Function, state: State, carried: Carried = NOTHING) -> bool
         return False
 
 
+def possible_values(condition: Function, state: State, carried: Carried) -> tuple[bool, ...]:
+    """What a condition may come to, where not all is known."""
+    try:
+        return (holds(condition, state, carried),)
+    except KeyError:
+        return (True, False)
+
+
 @dataclass(frozen=True)
 class ExactEdge:
     """An edge of a component, compiled.
@@ -183,6 +191,17 @@ class Partner:
             if edge.is_open(state, carried):
                 return edge
         return None
+
+    def may_take(self, state: State, carried: Carried) -> set[bool]:
+        """Whether it takes an edge; both, where that is not known."""
+        found: set[bool] = set()
+        for edge in self.edges.get(state[self.place], ()):
+            guard = edge.guard
+            values = (True,) if guard is None else possible_values(guard, state, carried)
+            found.update(value for value in values if value)
+            if False not in values:
+                return found
+        return found | {False}
 
 
 class LastOf(Generic[T]):
@@ -300,7 +319,7 @@ class ExactStep:
         if not self.provides:
             return NOTHING
         _, data = self.provided(state)
-        return dict(_parts(data)) if self.carries else NOTHING
+        return dict(parts_of(data)) if self.carries else NOTHING
 
 
 def refused(parts: Carried) -> Carried:
@@ -308,7 +327,8 @@ def refused(parts: Carried) -> Carried:
     return {**parts, REASON: REFUSED}
 
 
-def _parts(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
+def parts_of(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
+    """Nested data and all parts of them, by path."""
     yield path, data
     inner = (
         data.items()
@@ -318,16 +338,7 @@ def _parts(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, A
         else ()
     )
     for name, part in inner:
-        yield from _parts(part, (*path, name))
-
-
-def _fields(data: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """The fields of data by path; that of a plain value is empty."""
-    if isinstance(data, dict):
-        for name, part in data.items():
-            yield from _fields(part, (*path, name))
-    else:
-        yield path, data
+        yield from parts_of(part, (*path, name))
 
 
 def _data(data: Data) -> Function:
@@ -503,7 +514,8 @@ class Steps:
             if key == step.event.key and (condition is None or holds(condition, state, sent)):
                 fields = {
                     path: value
-                    for path, value in _fields(data(state, sent))
+                    for path, value in parts_of(data(state, sent))
+                    if all_names(path) and not isinstance(value, dict)
                     if sent.get(path, type(value)()) != value
                 }
                 return {**sent, **fields}, {path_text(p): v for p, v in fields.items()}
@@ -515,7 +527,7 @@ class Steps:
         Raises:
             Undefined: they do not, so that they cannot be sent.
         """
-        parts = {path_text(p): v for p, v in _parts(data) if not isinstance(v, dict)}
+        parts = {path_text(p): v for p, v in parts_of(data) if not isinstance(v, dict)}
         try:
             self.fields.narrow(self.by_event[EventKind.REQUEST, key, 0].event, parts)
         except InvalidLine as problem:

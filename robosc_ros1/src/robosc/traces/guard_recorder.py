@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -12,13 +12,12 @@ from robosc.plant.automaton import Event
 from robosc.plant.build import lower
 from robosc.runtime.core.values import NOW, jsonable
 from robosc.simulate.machines.machine import label
-from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Guard, Supervisor
 from robosc.traces.attempts import Attempt, attempted
 from robosc.traces.coverage import Case
-from robosc.traces.exact_steps import NOTHING, ExactStep, State
+from robosc.traces.exact_steps import ExactStep, State
 from robosc.traces.recorder import Recorder, RunLine, _assigned
-from robosc.traces.samples import Sample
+from robosc.traces.samples import Sample, fields_of, fields_text
 from robosc.traces.search import Move
 
 
@@ -63,8 +62,8 @@ class GuardRecorder(Recorder):
             self.is_over = True
             return
         assigned = set(_assigned(step, before, sample.parts))
-        self.state = attempt.after
-        cases = set(attempt.cases) | self._complete()
+        self.state, cases = self._coverage.of_settled(attempt.after)
+        cases |= attempt.cases
         if attempt.is_allowed and step.event.key in self._overdue:
             self._due[step.event.key] = self.machine.time + self._overdue[step.event.key]
         if step.event.kind is EventKind.REQUEST and (attempt.is_allowed or self._steps.follows):
@@ -76,27 +75,15 @@ class GuardRecorder(Recorder):
         expected = tuple(self._outcome(step, sample, attempt))
         self._tell(text, expected, assigned, self._stays(step, before, cases), before, cases)
 
-    def _complete(self) -> set[Case]:
-        """Let the internal transitions happen."""
-        cases: set[Case] = set()
-        for taken, before, after in self._steps.settled(self.state):
-            cases |= self._coverage.of_step(taken, before, NOTHING, after)
-            self.state = after
-        return cases | self._coverage.of_state(self.state)
-
     def _outcome(self, step: ExactStep, sample: Sample, attempt: Attempt) -> Iterator[str]:
         """What becomes of a command."""
         name = label(step.event)
         if attempt.is_allowed:
             yield f"sent {name}"
-            fields = {**_raw(sample), **_by_path(attempt.set_fields)}
-            told = [
-                f"{path}: {literal_text(value, True)}" if path else literal_text(value, True)
-                for path, value in fields.items()
-                if value != NOW
-            ]
-            if told and step.event.kind.sent:
-                yield f"data {name} {', '.join(told)}"
+            made = {path: jsonable(value) for path, value in attempt.set_fields.items()}
+            fields = {p: v for p, v in {**fields_of(sample.raw), **made}.items() if v != NOW}
+            if fields and step.event.kind.sent:
+                yield f"data {name} {fields_text(fields)}"
         else:
             yield "sent nothing"
             word = "forbidden" if self._steps.follows else "blocked"
@@ -138,12 +125,3 @@ def permissive(supervisor: Supervisor) -> Supervisor:
     plant = lower(replace(supervisor.plant.robot, requirements=(), provides=()))
     guards = [Guard(e, TRUE, TRUE, "as required") for e in plant.events if e.controllable]
     return replace(supervisor, plant=plant, guards=tuple(guards), explanations=())
-
-
-def _raw(sample: Sample) -> dict[str, Any]:
-    raw = sample.raw
-    return {} if raw is None else dict(raw) if isinstance(raw, Mapping) else {"": raw}
-
-
-def _by_path(fields: Mapping[str, Any]) -> dict[str, Any]:
-    return {path: jsonable(value) for path, value in fields.items()}

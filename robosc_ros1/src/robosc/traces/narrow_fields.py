@@ -121,25 +121,19 @@ def _as_in(value: Any, type_: FieldType | None) -> Any:
         most = len(value) if type_.most is None else type_.most
         if type_.length not in (None, len(value)) or len(value) > most:
             raise InvalidLine(f"{len(value)} elements do not fit {type_}")
-    for text in value if isinstance(value, list) else [value]:
-        if isinstance(text, str) and type_.longest is not None and len(text) > type_.longest:
-            raise InvalidLine(f"{text!r} is longer than {type_.longest}")
-    if type_.base == "float32":
-        return _rounded(value)
+        return [_as_in(item, type_.element) for item in value]
     bounds = INTEGERS.get(type_.base)
-    for number in value if isinstance(value, list) else [value]:
-        if bounds is None or not isinstance(number, int) or isinstance(number, bool):
-            continue
-        if not bounds[0] <= number <= bounds[1]:
-            raise InvalidLine(f"{number} does not fit {type_}")
+    if isinstance(value, str):
+        if type_.longest is not None and len(value) > type_.longest:
+            raise InvalidLine(f"{value!r} is longer than {type_.longest}")
+    elif type_.base == "float32" and isinstance(value, float):
+        return _rounded(value)
+    elif bounds and isinstance(value, int) and not bounds[0] <= int(value) <= bounds[1]:
+        raise InvalidLine(f"{value} does not fit {type_}")
     return value
 
 
-def _rounded(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_rounded(item) for item in value]
-    if not isinstance(value, float):
-        return value
+def _rounded(value: float) -> float:
     try:
         return float(struct.unpack("f", struct.pack("f", value))[0])
     except OverflowError:

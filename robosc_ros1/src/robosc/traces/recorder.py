@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
-from robosc import dotted
+from robosc.expr.traversal import path_text
 from robosc.expr.tree import ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
 from robosc.language.events import EventKind, Kind
@@ -28,8 +28,17 @@ from robosc.simulate.machines.supervised import SupervisedExecution
 from robosc.simulate.values.literals import literal_text
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage, through
-from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
-from robosc.traces.samples import Sample
+from robosc.traces.exact_steps import (
+    LATE,
+    NOTHING,
+    Carried,
+    ExactStep,
+    State,
+    Steps,
+    parts_of,
+    refused,
+)
+from robosc.traces.samples import Sample, fields_text
 from robosc.traces.search import Move, value_of
 
 PATIENCE = 100000
@@ -413,13 +422,14 @@ class Recorder:
                 yield from self._cancel(command)
                 continue
             reasons = self._coverage.reasons(command, self.state)
-            if reasons is not None and (command.number, reasons) not in self._told:
-                self._told.add((command.number, reasons))
+            why = command.number, reasons, self._coverage.open_elsewhere(command, self.state)
+            if reasons is not None and why not in self._told:
+                self._told.add(why)
                 yield f"disabled {label(command.event)} because {'; '.join(reasons)}"
 
     def _cancel(self, command: ExactStep) -> Iterator[str]:
         """Whether a goal may be cancelled, where no run has told that yet."""
-        why = frozenset(self._coverage.of_state_of(command, self.state, NOTHING))
+        why = frozenset(self._coverage.of_command(command, self.state, NOTHING))
         if command.in_phase(self.state) and (command.number, why) not in self._told:
             self._told.add((command.number, why))
             word = "enabled" if command.allowed(self.state) else "disabled"
@@ -448,13 +458,14 @@ class Recorder:
         yield f"sent {', '.join(_folded(names)) or 'nothing'}"
         latest = {label(s.event): d for s, d in sent if d is not None and s.event.kind.sent}
         for name, data in latest.items():
-            fields = [
-                f"{path}: {literal_text(v, True)}"
-                for path, v in _leaves(jsonable(data), self._fields.get(name, ""))
-                if "header" not in dotted.parts(path) and v != NOW
-            ]
+            field = self._fields.get(name)
+            fields = {
+                path_text((field, *path) if field else path): value
+                for path, value in parts_of(jsonable(data))
+                if "header" not in path and value != NOW and not isinstance(value, dict | list)
+            }
             if fields:
-                yield f"data {name} {', '.join(fields)}"
+                yield f"data {name} {fields_text(fields)}"
         yield from self._changes(before, assigned, staying)
 
     def _changes(self, before: State, assigned: set[str], staying: set[str]) -> Iterator[str]:
@@ -542,15 +553,3 @@ def _folded(names: list[str]) -> list[str]:
         else:
             found.append([name, 1])
     return [name if count == 1 else f"{name} * {count}" for name, count in found]
-
-
-def _leaves(data: Any, before: str = "") -> Iterator[tuple[str, Any]]:
-    """The fields of data that a line can name, by path."""
-    if isinstance(data, dict):
-        for name, part in data.items():
-            yield from _leaves(part, f"{before}.{name}" if before else str(name))
-    elif isinstance(data, list | tuple):
-        for number, part in enumerate(data):
-            yield from _leaves(part, f"{before}[{number}]")
-    else:
-        yield before, data

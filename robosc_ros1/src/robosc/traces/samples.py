@@ -49,8 +49,8 @@ PARTS = 6000
 """The most parts that all values have together that are looked at."""
 BASES = 16
 """So many objects differ in all their parts; others in one from one of these."""
-LENGTHS = (1, 2, 3, 4, 6, 9, 36)
-"""Lengths of arrays, one of which may be that of the message."""
+LENGTHS = (36, 9, 6, 4, 3, 2, 1)
+"""Lengths of arrays, one of which may be that of the message; a scan may go around."""
 REJECTED = "rejected"
 SHORT = "x"
 """A text where the usual ones are too long."""
@@ -191,7 +191,7 @@ class Samples:
         is_action = self._kind(event) is Kind.ACTION
         with_reason = any(p.path == REASON for p in event.parameters)
         for value in values if is_action else [None]:
-            yield {"reason": FAILED, **_fields(value)} if with_reason else value
+            yield {"reason": FAILED, **fields_of(value)} if with_reason else value
         if is_action:
             yield {"reason": REJECTED} if with_reason else None
 
@@ -390,7 +390,8 @@ def _bounded(raws: Iterable[Any]) -> Iterator[Any]:
             return
 
 
-def _fields(value: Any) -> dict[str, Any]:
+def fields_of(value: Any) -> dict[str, Any]:
+    """A raw value by path; that of a plain one is empty."""
     if value is None:
         return {}
     return dict(value) if isinstance(value, dict) else {"": value}
@@ -401,7 +402,12 @@ def _text(raw: Any) -> str:
         return ""
     if not isinstance(raw, dict):
         return literal_text(raw, quoted=True)
-    parts = [(name, literal_text(v, quoted=name != "reason")) for name, v in raw.items()]
+    return fields_text(raw, "reason")
+
+
+def fields_text(fields: Mapping[str, Any], word: str | None = None) -> str:
+    """Values by path, as a script writes them; the value of one is a ``word``."""
+    parts = [(name, literal_text(v, quoted=name != word)) for name, v in fields.items()]
     return ", ".join(f"{name}: {text}" if name else text for name, text in parts)
 
 

@@ -72,8 +72,6 @@ class InputGraph:
     ) -> None:
         self.steps = steps
         self.coverage = coverage
-        self.seen: set[Case] = set()
-        """All cases that some edge shows."""
         self._possible = possible
         """Those that are searched for; the others nothing can show."""
         self._by_case = {
@@ -126,11 +124,7 @@ class InputGraph:
         usual, attempts = (max(USUAL, TRIES // max(1, len(found))) for found in (robots, read))
         self._most = {s.number: usual for s in robots}
         self._most |= {s.number: attempts if s in read else 1 for s in steps.commands}
-        state = steps.initial
-        for step, before, after in steps.settled(state):
-            self.seen |= coverage.of_step(step, before, step.carried(before), after)
-            state = after
-        self.seen |= coverage.of_state(state)
+        state, self.seen = coverage.of_settled(steps.initial)
         self.start = self.node(state)
 
     def node(self, state: State) -> Node:
@@ -386,11 +380,8 @@ class InputGraph:
         attempt = attempted(self.steps, self.coverage, step, state, sent)
         if attempt is None:
             return None
-        cases, state = set(attempt.cases), attempt.after
-        for taken, before, after in self.steps.settled(state):
-            cases |= self.coverage.of_step(taken, before, taken.carried(before), after)
-            state = after
-        return state, frozenset(cases | self.coverage.of_state(state))
+        after, cases = self.coverage.of_settled(attempt.after)
+        return after, frozenset(cases | attempt.cases)
 
     def path(self, start: Node, wanted: set[Case]) -> list[Edge] | None:
         """The shortest known way to an edge that shows wanted cases, the most of those at the same

@@ -217,9 +217,10 @@ def _robot_module(
 
 def _players_module(source: str, mode: Mode) -> str:
     """Who plays beside the node: the robot, and the controller that another node judges."""
-    guarded = "from guarded_player import GuardedRobot as Robot"
-    own = "from ros_player import Robot" if mode == "controller" else guarded
-    body = f'\n{own}\n\n__all__ = ["Robot"]\n'
+    own = "from player import Player\nfrom ros_player import Robot"
+    if mode != "controller":
+        own = "from guarded_player import GuardedPlayer as Player, GuardedRobot as Robot"
+    body = f'\n{own}\n\n__all__ = ["Player", "Robot"]\n'
     return _data_module(source, "Who plays in the package's test.", body)
 
 
