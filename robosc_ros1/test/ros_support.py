@@ -35,19 +35,21 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
 import pytest
 import ros_links
+from fork_server import Forked, ForkServer
 from free import free_port
 
 from robosc.cli import main
 
 __all__ = [
     "EXAMPLES", "REPOSITORY", "SOURCES", "Completed", "Master", "Workspace", "await_condition",
-    "built_once", "free_port", "link_checkout", "master", "missing_ros", "plain_environment", "resident",
+    "built_once", "forked_process", "free_port", "link_checkout", "master", "missing_ros", "plain_environment", "resident",
     "run_robosc", "stopped",
 ]  # fmt: skip
 
@@ -289,7 +291,28 @@ def running_process(
             _end(process)
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+@cache
+def nodes() -> ForkServer:
+    """What starts nodes and puppets, once per process of tests."""
+    modules = ("rospy", "actionlib", "diagnostic_msgs.msg", "std_srvs.srv", "rosgraph_msgs.msg")
+    return ForkServer(PYTHON, ("ros_links", *modules), plain_environment())
+
+
+@contextlib.contextmanager
+def forked_process(
+    command: Sequence[str], env: Mapping[str, str], log: Path, piped: bool = False
+) -> Iterator[Forked]:
+    """A program of Python, the words after ``python3``, that begins with ``rospy`` imported."""
+    with log.open("wb") as output:
+        process = nodes().start(command, env, output, piped=piped)
+    process.log = log
+    try:
+        yield process
+    finally:
+        _end(process)
+
+
+def _end(process: subprocess.Popen[bytes] | Forked) -> None:
     for how, seconds in ((signal.SIGINT, 15), (signal.SIGTERM, 5), (signal.SIGKILL, 5)):
         if process.poll() is not None:
             return
@@ -392,11 +415,21 @@ class Workspace:
 
         What it prints is in ``process.log`` (a Path).
         """
-        self._started += 1
-        log = self.folder / "log" / f"started-{os.getpid()}-{self._started}.log"
+        log = self._new_log()
         with running_process(list(command), self.environment(space, master), log) as process:
             process.log = log  # type: ignore[attr-defined]
             yield process
+
+    @contextlib.contextmanager
+    def fork(self, *command: str, master: Master, piped: bool = False) -> Iterator[Forked]:
+        """The same with the words after ``python3``, in a process that need not import rospy."""
+        environment = self.environment(master=master)
+        with forked_process(command, environment, self._new_log(), piped) as process:
+            yield process
+
+    def _new_log(self) -> Path:
+        self._started += 1
+        return self.folder / "log" / f"started-{os.getpid()}-{self._started}.log"
 
     def _places(self) -> dict[str, str]:
         return {"ROS_HOME": str(self.folder / "log"), "ROS_LOG_DIR": str(self.folder / "log")}

@@ -37,12 +37,16 @@ PACKAGES += [("gauntlet", t, m) for m in ("supervisor", "monitor") for t in TARG
 
 @cache
 def package_of(
-    model: str, target: str = "ros1", mode: Mode = "controller", name: str | None = None
+    model: str,
+    target: str = "ros1",
+    mode: Mode = "controller",
+    name: str | None = None,
+    tested: bool = True,
 ) -> Package:
-    """Return the package of a model, generated once per process."""
+    """Return the package of a model, generated once per process, with its own test or without."""
     options = pipeline.Options(supervises=mode != "controller")
     supervisor = pipeline.synthesize(pipeline.load(model_path(model), options).robot)
-    runs = test_files(supervisor, model_path(model), target, DEFAULTS, mode)
+    runs = test_files(supervisor, model_path(model), target, DEFAULTS, mode) if tested else {}
     return EMITTERS[target](supervisor, name or f"{model}_{mode}", mode=mode, runs=runs)
 
 

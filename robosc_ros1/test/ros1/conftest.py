@@ -19,8 +19,18 @@ from robosc.emit.write.writer import write
 
 __all__ = ["sdk", "start_agent"]
 
-CALLED = ("orders", "missions", "dispatch")
-"""Models with calls from one controller to another."""
+TESTED = (
+    "lantern_controller", "gauntlet_controller", "thermostat_controller", "hoist_controller",
+    "sonar_controller", "courier_controller", "sentry_controller", "shared_controller",
+    "probe_controller", "missions_controller", "courier_supervisor", "courier_monitor",
+    "sentry_supervisor", "lantern_monitor", "hoist_monitor", "orders_supervisor",
+    "missions_supervisor",
+)  # fmt: skip
+"""Packages of which somebody runs their own tests."""
+UNTESTED = (
+    "watch_controller", "bell_controller", "orders_controller", "dispatch_controller",
+    "gauntlet_monitor",
+)  # fmt: skip
 
 INTERFACES = {
     "CMakeLists.txt": """
@@ -61,25 +71,9 @@ def _build_generated(folder: Path) -> None:
     workspace = Workspace(folder)
     workspace.add(GOLDEN / "models" / "gauntlet_interfaces")
     workspace.add(EXAMPLES / "robot_common")
-    for model in (
-        "lantern",
-        "gauntlet",
-        "thermostat",
-        "probe",
-        "watch",
-        "shared",
-        "hoist",
-        "sonar",
-        "sentry",
-        "courier",
-        "bell",
-        *CALLED,
-    ):
-        write(package_of(model), folder / "src")
-    for model in ("gauntlet", "courier", "lantern", "hoist"):
-        write(package_of(model, mode="monitor"), folder / "src")
-    for model in ("orders", "missions", "courier", "sentry"):
-        write(package_of(model, mode="supervisor"), folder / "src")
+    for name in (*TESTED, *UNTESTED):
+        model, _, mode = name.rpartition("_")
+        write(package_of(model, mode=mode, tested=name in TESTED), folder / "src")
     for place, text in INTERFACES.items():
         file = folder / "src" / "robosc_testing" / place
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import json
-import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import Fault, ServerProxy
 
 from emit.golden_packages import GOLDEN
-from fork_server import Forked, ForkServer
-from ros_support import PYTHON, Master, Workspace, plain_environment
+from fork_server import Forked
+from ros_support import Master, Workspace
 
-__all__ = ["NAMES", "PATIENCE", "Node", "Puppet", "Stage", "event", "master_pid"]
+__all__ = ["NAMES", "PATIENCE", "PUPPET", "Node", "Puppet", "Stage", "event", "master_pid"]
 
 PATIENCE = 60.0
 """Seconds after which something that must come has not come, even on a machine that is busy."""
+
+PUPPET = (str(Path(__file__).with_name("puppet_node.py")),)
 
 _ACTIVE = 1  # of actionlib_msgs/GoalStatus, which is not there without ROS
 
@@ -69,9 +69,10 @@ class Puppet:
         self._reader.start()
 
     def _read(self) -> None:
+        assert self.process.stdout is not None
         with self.process.stdout as lines:
             for line in lines:
-                if line.startswith("{"):
+                if line.startswith(b"{"):
                     with self._changed:
                         self.lines.append(json.loads(line))
                         self._changed.notify_all()
@@ -80,7 +81,8 @@ class Puppet:
         """Have the puppet do something; the number of the order."""
         number = self._orders
         self._orders += 1
-        self.process.stdin.write(json.dumps({"do": what, **arguments}) + "\n")
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps({"do": what, **arguments}).encode() + b"\n")
         self.process.stdin.flush()
         return number
 
@@ -146,15 +148,14 @@ class Puppet:
 class Node:
     """A running controller, with a puppet that listens to what it tells."""
 
-    def __init__(self, process: subprocess.Popen[bytes], name: str, ear: Puppet) -> None:
+    def __init__(self, process: Forked, name: str, ear: Puppet) -> None:
         self.process = process
         self.name = name
         self.ear = ear
 
     @property
     def log(self) -> str:
-        log: Path = self.process.log  # type: ignore[attr-defined]
-        return log.read_text(encoding="utf-8", errors="replace")
+        return self.process.log.read_text(encoding="utf-8", errors="replace")
 
     def tells(self, condition: Callable[[Json], Any], **more: Any) -> Json:
         """An event that the controller tells."""
@@ -171,12 +172,6 @@ class Node:
         return self.shows(lambda s: s["components"][component] == state)
 
 
-@cache
-def puppets() -> ForkServer:
-    """What starts puppets, once per process of tests."""
-    return ForkServer(PYTHON, Path(__file__).with_name("puppet_node.py"), plain_environment())
-
-
 class Stage:
     """A built workspace and a master."""
 
@@ -187,15 +182,12 @@ class Stage:
 
     @contextlib.contextmanager
     def puppet(self) -> Iterator[Puppet]:
-        environment = self.workspace.environment(master=self.master)
-        process = puppets().start(environment, self.workspace.folder / "log" / "puppet.log")
-        try:
-            yield Puppet(process)
-        finally:
-            process.kill()
-            process.wait()
-            process.close()
-            self.master.forget(f"/puppet_{process.pid}_")
+        with self.workspace.fork(*PUPPET, master=self.master, piped=True) as process:
+            try:
+                yield Puppet(process)
+            finally:
+                process.kill()
+        self.master.forget(f"/puppet_{process.pid}_")
 
     @contextlib.contextmanager
     def simulated_time(self) -> Iterator[None]:
@@ -229,7 +221,7 @@ class Stage:
         arguments = [f"_{k.replace('__', '/')}:={v}" for k, v in parameters.items()]
         # As rosrun would, which would take as long for finding it as the node for starting.
         executable = self.workspace.folder / "devel" / "lib" / package / package
-        with self.workspace.start(
+        with self.workspace.fork(
             str(executable), *remap, *arguments, master=self.master
         ) as process:
             node = Node(process, name, ear)

@@ -8,32 +8,10 @@ from pathlib import Path
 
 import pytest
 from emit.golden_packages import package_of
+from ros1.conftest import TESTED
 from ros_support import Master, Workspace, run_robosc
 
 from robosc.emit.write.writer import write
-
-CONTROLLERS = (
-    "lantern_controller",
-    "gauntlet_controller",
-    "thermostat_controller",
-    "hoist_controller",
-    "sonar_controller",
-    "courier_controller",
-    "sentry_controller",
-    "shared_controller",
-    "probe_controller",
-    "missions_controller",
-)
-OTHERS = (
-    "courier_supervisor",
-    "courier_monitor",
-    "sentry_supervisor",
-    "lantern_monitor",
-    "hoist_monitor",
-    "orders_supervisor",
-    "missions_supervisor",
-)
-"""Supervisors and monitors."""
 
 
 def results_of(workspace: Workspace, package: str) -> str:
@@ -42,10 +20,10 @@ def results_of(workspace: Workspace, package: str) -> str:
 
 
 def test_they_pass_and_tell_what_was_reached(generated_workspace: Workspace) -> None:
-    tests = [f"run_tests_{package}" for package in (*CONTROLLERS, *OTHERS)]
+    tests = [f"run_tests_{package}" for package in TESTED]
     generated_workspace.run("make", "-C", "build", *tests)
     generated_workspace.run("catkin_test_results", str(generated_workspace.folder / "build"))
-    for package in (*CONTROLLERS, *OTHERS):
+    for package in TESTED:
         text = results_of(generated_workspace, package)
         assert re.search('name="test_run_0*1"', text), package
         assert 'name="test_zz_commands_are_shown"' in text

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from random_goals import GUARDED, at_rest, check, check_monitor, check_order, has_told
 from ros1.stage import Node, Puppet, Stage
-from ros_support import PYTHON, await_condition
+from ros_support import await_condition
 
 NODE = str(Path(__file__).with_name("random_goals_node.py"))
 GOALS = int(os.environ.get("ROBOSC_GOALS", "300"))
@@ -36,12 +36,10 @@ def follower(
 def server(stage: Stage, folder: Path, listeners: int = 1) -> Iterator[Path]:
     """The robot of random goals, with so many nodes that listen to it; what it tells of them."""
     told = folder / "goals.txt"
-    with stage.workspace.start(
-        str(PYTHON), NODE, "7", str(GOALS), str(told), str(listeners), master=stage.master
-    ) as process:
+    words = (NODE, "7", str(GOALS), str(told), str(listeners))
+    with stage.workspace.fork(*words, master=stage.master) as process:
         yield told
-        log: Path = process.log  # type: ignore[attr-defined]
-        await_condition(lambda: "enough" in log.read_text(), "all goals", 60.0 + GOALS / 5)
+        await_condition(lambda: "enough" in process.log.read_text(), "all goals", 60.0 + GOALS / 5)
 
 
 def test_goals_that_are_replaced_and_cancelled_at_random(
@@ -91,8 +89,8 @@ def test_servers_that_are_killed_at_random(
             logs.append(log)
         for number in range(6):
             told = tmp_path / f"goals_{number}.txt"
-            words = (str(PYTHON), NODE, str(number), "100000", str(told), "1")
-            with stage.workspace.start(*words, master=stage.master) as victim:
+            words = (NODE, str(number), "100000", str(told), "1")
+            with stage.workspace.fork(*words, master=stage.master) as victim:
                 count = moments.randint(3, 60)
                 await_condition(lambda t=told, c=count: has_told(t, c), f"goals of server {number}")
                 victim.kill()

@@ -11,8 +11,8 @@ from typing import Any
 
 import ros_support
 import wire
-from ros1.stage import PATIENCE, Puppet, action, puppets
-from ros_support import PYTHON, Master, await_condition, plain_environment
+from ros1.stage import PATIENCE, PUPPET, Puppet, action
+from ros_support import Master, await_condition, plain_environment
 
 __all__ = ["packages", "world"]
 
@@ -49,10 +49,11 @@ class _World:
         self._node: Any = None
 
     def _puppet(self) -> Puppet:
-        process = puppets().start(self._env, self._folder / "puppet.log")
+        log = self._folder / "puppet.log"
+        process = self._stack.enter_context(
+            ros_support.forked_process(PUPPET, self._env, log, True)
+        )
         self._stack.callback(self._master.forget, f"/puppet_{process.pid}_")
-        self._stack.callback(process.close)
-        self._stack.callback(process.wait)
         self._stack.callback(process.kill)
         return Puppet(process)
 
@@ -97,9 +98,9 @@ class _World:
         words = [f"_{key}:={value}" for key, value in parameters.items()]
         code = f"from wire_{name}.start import main; main()"
         env = self._env | {"PYTHONPATH": f"{package / 'src'}:{self._env.get('PYTHONPATH', '')}"}
-        command = [str(PYTHON), "-c", code, *rules, *words]
+        command = ["-c", code, *rules, *words]
         node = self._stack.enter_context(
-            ros_support.running_process(command, env, self._folder / f"{name}.log")
+            ros_support.forked_process(command, env, self._folder / f"{name}.log")
         )
         self._stack.callback(self._master.forget, f"/wire_{name}")
         self._ear.hears(f"/wire_{name}/state", since=mark)

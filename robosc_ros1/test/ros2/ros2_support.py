@@ -27,9 +27,11 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import IO, Any
 
+from fork_server import Forked, ForkServer
 from free import free_domain
 from ros2.bed import HERE, Bed
 
@@ -39,16 +41,18 @@ PATIENCE = 60.0
 """Seconds after which something that must come has not come, even on a machine that is busy."""
 
 
+IMPORTED = (
+    "rclpy", "rclpy.action", "rclpy.executors", "rclpy.lifecycle", "rclpy.parameter_client",
+    "std_msgs.msg", "std_srvs.srv", "diagnostic_msgs.msg", "geometry_msgs.msg", "rosgraph_msgs.msg",
+)  # fmt: skip
+
+
 class Process:
     """A process of a graph; what it prints goes to the file ``log``."""
 
-    def __init__(self, command: list[str], env: dict[str, str], log: Path, **pipes: Any) -> None:
+    def __init__(self, popen: subprocess.Popen[bytes] | Forked, log: Path) -> None:
+        self.popen = popen
         self.log = log
-        with log.open("wb") as output:
-            pipes.setdefault("stdout", output)
-            self.popen = subprocess.Popen(
-                command, env=env, cwd=log.parent, stderr=output, start_new_session=True, **pipes
-            )
 
     def signal(self, number: int) -> None:
         self.popen.send_signal(number)
@@ -77,6 +81,12 @@ class Process:
         return self.log.read_text(encoding="utf-8", errors="replace")
 
 
+@cache
+def nodes(bed: Bed) -> ForkServer:
+    """What starts nodes and peers, once per process of tests."""
+    return ForkServer(bed.python, IMPORTED, bed.environment)
+
+
 class Graph:
     """A ROS graph of its own: processes on one domain, ended with it."""
 
@@ -91,17 +101,31 @@ class Graph:
 
     def start(self, *command: str | Path, **environment: str) -> Process:
         words = [str(word) for word in command]
-        return self._add(words, environment)
+        log = self._new_log(words)
+        with log.open("wb") as output:
+            popen = subprocess.Popen(
+                words, env=self.environment | environment, cwd=log.parent, stdout=output,
+                stderr=output, start_new_session=True,
+            )  # fmt: skip
+        return self._add(Process(popen, log))
+
+    def fork(self, *command: str | Path, piped: bool = False, **environment: str) -> Process:
+        """Start what follows ``python3``, in a process that need not import rclpy."""
+        words = [str(word) for word in command]
+        log = self._new_log(words)
+        with log.open("wb") as output:
+            server = nodes(self.bed)
+            forked = server.start(words, self.environment | environment, output, log.parent, piped)
+        return self._add(Process(forked, log))
 
     def peer(self, name: str = "robot", **environment: str) -> Peer:
         """A node that does as it is told; see peer.py."""
-        command = [self.bed.python, str(HERE / "peer.py"), name]
-        process = self._add(command, environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        return Peer(process)
+        return Peer(self.fork(HERE / "peer.py", name, piped=True, **environment))
 
-    def _add(self, command: list[str], environment: dict[str, str], **pipes: Any) -> Process:
-        log = self.folder / f"{len(self._processes)}-{Path(command[-1]).stem}.log"
-        process = Process(command, self.environment | environment, log, **pipes)
+    def _new_log(self, command: list[str]) -> Path:
+        return self.folder / f"{len(self._processes)}-{Path(command[-1]).stem}.log"
+
+    def _add(self, process: Process) -> Process:
         self._processes.append(process)
         return process
 

@@ -109,7 +109,7 @@ def test_the_server_of_a_goal_that_was_accepted_while_it_was_cancelled_is_watche
     robot = graph.peer()
     robot.act("go", "robot_common/action/Navigate")
     script = HERE / "cancelled_goal_node.py"
-    node = graph.start(graph.bed.python, script, **built.environment("courier_controller"))
+    node = graph.fork(script, **built.environment("courier_controller"))
     assert node.wait(60.0) == 0, node.output
 
 

@@ -46,7 +46,7 @@ def tree(graph: Graph, controller: Start) -> Tree:
     controller(NODE, qos__step__reliability="reliable", qos__fault__reliability="reliable")
     robot = graph.peer()
     robot.watch(NODE)
-    return Tree(graph.start(graph.bed.python, HERE / "tree_node.py"), robot)
+    return Tree(graph.fork(HERE / "tree_node.py"), robot)
 
 
 def test_a_refused_order_falls_back_to_others(tree: Tree) -> None:

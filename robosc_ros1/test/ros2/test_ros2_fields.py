@@ -109,5 +109,5 @@ def test_the_definitions_have_every_type(place: str, text: str) -> None:
 def test_messages_are_made_of_data(graph: Graph, built: Any, tmp_path: Path, code: str) -> None:
     script = tmp_path / "check.py"
     script.write_text(code)
-    done = graph.start(graph.bed.python, str(script), **built.environment("guarded_arm"))
+    done = graph.fork(script, **built.environment("guarded_arm"))
     assert done.wait() == 0, done.output

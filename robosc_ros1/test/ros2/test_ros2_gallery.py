@@ -1,31 +1,13 @@
-"""A robot of the gallery drives in MuJoCo on real rclpy; in CI all of them do on ROS 1."""
+"""What robots of the gallery need of rclpy; test_gallery_bags drives them on it."""
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 
-import pytest
 from ros2.bed import Bed
 
 import gallery
-
-
-def test_robot_follows_a_person_and_violates_nothing(bed: Bed, tmp_path: Path) -> None:
-    reason = gallery.missing()
-    if reason is not None:
-        pytest.skip(reason)
-    ros2 = gallery.Ros2(tmp_path / "workspace")
-    ros2.build(["follow_person"])
-    with ros2.running():
-        ros2.drive("follow_person", 1, True, tmp_path / "run.json")
-    run = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
-    assert run["violations"] == {}
-    assert run["succeeded"], run["path"][-1]
-    assert run["judgements"] > 20
-    assert run["simulated"] <= 20.0
-
 
 IN_ORDER = """
 from rclpy.executors import SingleThreadedExecutor

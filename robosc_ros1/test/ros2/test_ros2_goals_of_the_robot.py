@@ -88,7 +88,7 @@ def slow(graph: Graph, built: Built, when: str) -> Peer:
     """A robot whose controller is slow with its first goal; see slow_engine_node.py."""
     script, quality = HERE / "slow_engine_node.py", "qos.step.reliability:='reliable'"
     words = (script, NODE, when, "--ros-args", "-p", quality)
-    graph.start(graph.bed.python, *words, **built.environment(NODE))
+    graph.fork(*words, **built.environment(NODE))
     robot = graph.peer()
     robot.watch(NODE)
     return robot

@@ -301,7 +301,7 @@ def test_a_node_is_told_of_once_its_name_is_known(graph: Graph, built: Any, tmp_
     looking.write_text(LOOKING)
     stranger.write_text(STRANGER)
     environment = built.environment("guarded_arm")
-    done = graph.start(graph.bed.python, looking, stranger, **environment)
+    done = graph.fork(looking, stranger, **environment)
     assert done.wait() == 0, done.output
     assert "['/first', '/second', '/third']" in done.output, done.output
 

@@ -21,7 +21,7 @@ def person(graph: Graph, controller: Start, tmp_path: Path) -> Peer:
     """Clicks, presses the stop, and watches; the first drive takes half the way for the whole, the next gets
     stuck."""
     parameters = ("--ros-args", "-p", "speed:=10.0", "-p", "failures:=2")
-    graph.start(graph.bed.python, BASE, *parameters)
+    graph.fork(BASE, *parameters)
     inputs = ("clicked_point", "emergency_stop")
     quality = {f"qos__{name}__reliability": "reliable" for name in inputs}
     controller(NODE, event_log=str(tmp_path / "events.jsonl"), **quality)

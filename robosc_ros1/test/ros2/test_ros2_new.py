@@ -19,7 +19,7 @@ BASE = REPOSITORY / "examples" / "navigation" / "nodes" / "simulated_base_ros2.p
 def test_a_model_of_what_runs(
     graph: Graph, controller: Callable[..., Process], tmp_path: Path
 ) -> None:
-    graph.start(graph.bed.python, BASE)
+    graph.fork(BASE)
     controller("navigation_controller")
     peer = graph.peer("person")
     peer.watch("navigation_controller")

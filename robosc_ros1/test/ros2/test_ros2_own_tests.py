@@ -11,7 +11,7 @@ from ros2.ros2_support import Graph
 @pytest.mark.parametrize(
     "package",
     [
-        "floor_controller",
+        "fleet_controller",
         "hoist_controller",
         "sonar_controller",
         "everything_controller",

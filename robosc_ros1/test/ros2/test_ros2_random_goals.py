@@ -34,7 +34,7 @@ def follow(
         more |= {"rate__go": 100.0} if mode == "controller" else {}
         controller(f"courier_{mode}", remap, **qos, **more)
     listeners = str(min(2, len(modes)))
-    server = graph.start(graph.bed.python, NODE, "7", str(GOALS), told, listeners)
+    server = graph.fork(NODE, "7", str(GOALS), told, listeners)
     await_condition(lambda: "enough" in server.output, "all goals", 60.0 + GOALS / 5)
     robot = graph.peer()
     for name in (f"courier_{mode}" for mode in modes if mode != "monitor"):
@@ -77,12 +77,12 @@ def test_servers_that_are_killed_at_random(
     profile = str(HERE / "short_lease.xml")
     for number in range(6):
         told = tmp_path / f"goals_{number}.txt"
-        words = (graph.bed.python, NODE, str(number), "100000", told, "1")
-        victim = graph.start(*words, FASTRTPS_DEFAULT_PROFILES_FILE=profile)
+        words = (NODE, str(number), "100000", told, "1")
+        victim = graph.fork(*words, FASTRTPS_DEFAULT_PROFILES_FILE=profile)
         count = moments.randint(3, 60)
         await_condition(lambda t=told, c=count: has_told(t, c), f"goals of server {number}")
         victim.signal(signal.SIGKILL)
-    last = graph.start(graph.bed.python, NODE, "7", "30", tmp_path / "goals.txt", "1")
+    last = graph.fork(NODE, "7", "30", tmp_path / "goals.txt", "1")
     await_condition(lambda: "enough" in last.output, "the goals of the last server")
     robot = graph.peer()
     for mode, log in zip(modes, logs, strict=True):

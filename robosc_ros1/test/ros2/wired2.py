@@ -99,8 +99,8 @@ class _World:
         path = (
             f"{self._made / 'src' / ('wire_' + name)}:{self._graph.bed.environment['PYTHONPATH']}"
         )
-        node = self._graph.start(
-            self._graph.bed.python, "-c", code, "--ros-args", *" ".join(words).split(),
+        node = self._graph.fork(
+            "-c", code, "--ros-args", *" ".join(words).split(),
             PYTHONPATH=path,
         )  # fmt: skip
         self._ear.watch(f"wire_{name}")
