@@ -199,13 +199,11 @@ def example_workspace(ros: None, tmp_path_factory: pytest.TempPathFactory) -> Wo
 
 
 def _build_examples(folder: Path) -> None:
-    """Generate by the checkout's robosc as a user would, with ``rosrun``."""
+    """That rosrun generates the same is for test_catkin."""
     workspace = Workspace(folder)
     workspace.add_robosc()
     for example in ("robot_common", "line_follower", "navigation", "two_robots"):
         workspace.add(EXAMPLES / example)
-    workspace.build()
-    where = ("--output", str(workspace.folder / "src"))
     for example, mode in (
         ("line_follower", "controller"),
         ("line_follower", "supervisor"),
@@ -213,8 +211,11 @@ def _build_examples(folder: Path) -> None:
         ("two_robots", "controller"),
         ("order", "controller"),
     ):
-        model = str(EXAMPLES / example / f"{example}.rscd")
-        workspace.run("rosrun", "robosc", "generate", model, "--mode", mode, *where)
+        words = (str(EXAMPLES / example / f"{example}.rscd"), "--mode", mode)
+        where = ("--output", str(workspace.folder / "src"))
+        known = {"ROS_PACKAGE_PATH": f"{EXAMPLES}:/usr/share"}
+        done = ros_support.run_robosc(("generate", *words, *where), folder, known)
+        assert done.returncode == 0, done.stderr
     workspace.build()
 
 

@@ -24,13 +24,10 @@ TESTED = (
     "sonar_controller", "courier_controller", "sentry_controller", "shared_controller",
     "probe_controller", "missions_controller", "courier_supervisor", "courier_monitor",
     "sentry_supervisor", "lantern_monitor", "hoist_monitor", "orders_supervisor",
-    "missions_supervisor",
+    "missions_supervisor", "gauntlet_monitor",
 )  # fmt: skip
 """Packages of which somebody runs their own tests."""
-UNTESTED = (
-    "watch_controller", "bell_controller", "orders_controller", "dispatch_controller",
-    "gauntlet_monitor",
-)  # fmt: skip
+UNTESTED = ("watch_controller", "bell_controller", "orders_controller", "dispatch_controller")
 
 INTERFACES = {
     "CMakeLists.txt": """

@@ -131,10 +131,6 @@ def test_who_sees_nothing_says_nothing(watched: Stage, sky: Puppet, listener: Pu
     findings(listener)  # all are as the schema says
 
 
-def test_its_own_test_passes(generated_workspace: Workspace) -> None:
-    generated_workspace.run("rostest", "gauntlet_monitor", "gauntlet_monitor.test")
-
-
 JUDGED = "    def is_allowed(self, command: ScheduledCommand, seen: Seen | None = None) -> bool:\n"
 
 

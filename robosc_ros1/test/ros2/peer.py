@@ -22,8 +22,10 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -171,8 +173,7 @@ class Peer:
         self.said[name] = fill(load(type)(), data)
         if first:
             publisher = self.node.create_publisher(load(type), name, profile())
-            timer = self.node.create_timer(0.1, lambda: publisher.publish(self.said[name]))
-            self.kept += [publisher, timer]
+            self.steadily(0.1, lambda: publisher.publish(self.said[name]))
 
     def broadcast(self, links: list[tuple[str, str, float]]) -> None:
         """Tell links, 20 times per second, until the next order: (parent, child, x); that between
@@ -195,8 +196,8 @@ class Peer:
             static = self.node.create_publisher(TFMessage, "/tf_static", latched)
             static.publish(told([("map", "dock", 5.0)]))
             moving = self.node.create_publisher(TFMessage, "/tf", profile())
-            timer = self.node.create_timer(0.05, lambda: moving.publish(told(self.links)))
-            self.kept += [static, moving, timer]
+            self.kept.append(static)
+            self.steadily(0.05, lambda: moving.publish(told(self.links)))
 
     # Services
 
@@ -441,7 +442,18 @@ class Peer:
         """Publish ten times a second, or with this period, from now on, as sensors do."""
         self.publish(name, type, data, 0, qos)
         publisher, message = self.publishers[name], fill(load(type)(), data)
-        self.kept.append(self.node.create_timer(period, lambda: publisher.publish(message)))
+        self.steadily(period, lambda: publisher.publish(message))
+
+    def steadily(self, period: float, act: Callable[[], None]) -> None:
+        """Do something again and again. A timer of rclpy takes ten times as much processor time."""
+
+        def go_on() -> None:
+            with contextlib.suppress(InvalidHandle, RCLError):
+                while rclpy.ok():
+                    act()
+                    time.sleep(period)
+
+        threading.Thread(target=go_on, daemon=True).start()
 
     def play(
         self, name: str, type: str, data: Any, start: float, until: float, speed: float, end: float,

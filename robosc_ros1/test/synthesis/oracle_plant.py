@@ -199,6 +199,17 @@ class OraclePlant(OracleEvents):
         """Everything that can be reached without any requirement."""
         return self._explore(lambda state, event, target: True)
 
+    def has_at_most(self, count: int) -> bool:
+        """Whether so many states can be reached, found out by looking at no more."""
+        found = set(self.initials)
+
+        def allowed(state: OracleState, event: Event, target: OracleState) -> bool:
+            found.add(target)
+            return len(found) <= count
+
+        self._explore(allowed)
+        return len(found) <= count
+
     def _explore(self, allowed: Any) -> tuple[list[OracleState], list[Transition]]:
         """What can be reached by steps that are ``allowed``, and these steps."""
         states = dict.fromkeys(self.initials)

@@ -10,7 +10,7 @@ from collections import defaultdict
 import pytest
 from performing_models import PARTS, Performer, Unfolded, flat, performing_text, random_machine
 from synthesis.subject import robot_of
-from synthesis.test_oracle_differential import check, each_of, engines
+from synthesis.test_oracle_differential import SMALL, check, each_of, engines
 
 from robosc import pipeline
 from robosc.errors import Severity, render_all
@@ -129,10 +129,10 @@ def _has_errors(text: str) -> bool:
 def test_random_missions_against_the_oracle(engine: str, pytestconfig: pytest.Config) -> None:
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
-    tried = valid(range(first, first + (10 if count is None else count)))
+    tried = valid(range(first, first + (14 if count is None else count)))
     assert tried
     for seed, text, _ in tried:
-        check(text, engine, seed)
+        check(text, engine, seed, SMALL if count is None else None)
 
 
 Steps = list[dict[str, set[int]]]

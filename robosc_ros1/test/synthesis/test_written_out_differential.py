@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 from emit.generated_code import supervisor_of
+from synthesis.subject import robot_of
 from synthesis.test_oracle_differential import engines
 
 from robosc.pipeline import explore, synthesize
@@ -146,7 +147,7 @@ def named(document: Any) -> Any:
 
 
 def solved(text: str, engine: str) -> Supervisor:
-    return synthesize(supervisor_of(text).plant.robot, engine)
+    return synthesize(robot_of(text), engine)
 
 
 @pytest.mark.timeout(0)
