@@ -116,7 +116,7 @@ class Ros1:
     ) -> None:
         """Run one world, or only until its robot has moved so far."""
         assert self.master is not None
-        self.workspace.run("rosparam", "set", "/use_sim_time", "true", master=self.master)
+        self.master.set("/use_sim_time", True)
         with contextlib.ExitStack() as nodes:
             for command in self._nodes(robot):
                 nodes.enter_context(self.workspace.start(*command, master=self.master))
@@ -206,9 +206,8 @@ def generate(
     model = GUARDED.get(robot, robot)
     arguments = ["--target", target, "--mode", "supervisor" if robot in GUARDED else "controller"]
     arguments += ["--output", str(folder / "src"), "--package", package_of(robot)]
-    done = run_robosc(
-        ["generate", str(models / model / f"{model}.rscd"), *arguments], folder, environment
-    )
+    words = ["generate", str(models / model / f"{model}.rscd"), *arguments]
+    done = run_robosc(words, folder, environment, tested=False)
     if done.returncode != 0:
         raise SystemExit(done.stderr)
 

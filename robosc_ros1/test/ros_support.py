@@ -172,11 +172,14 @@ def run_robosc(
     folder: Path,
     environment: Mapping[str, str],
     stdin: str | None = None,
+    tested: bool = True,
 ) -> Completed:
     """``python3 -m robosc …`` of this checkout in a folder.
 
     It runs in this process, which is ten times as fast, unless the environment is one that Python
-    itself reads when it starts; an exception that would show a traceback comes out of here.
+    itself reads when it starts; an exception that would show a traceback comes out of here. A
+    package whose own test nobody runs need not be ``tested``: to choose its runs takes longer than
+    all else.
     """
     if any(name.startswith(("PYTHON", "LC_", "LANG")) for name in environment):
         env = os.environ | {"PYTHONPATH": str(SOURCES), "PYTHONDONTWRITEBYTECODE": "1"}
@@ -198,6 +201,8 @@ def run_robosc(
     ):
         for name, value in environment.items():
             process.setenv(name, value)
+        if not tested:
+            process.setattr("robosc.traces.scripts.test_files", lambda *_: {})
         if stdin is not None:
             process.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode())))
         try:
@@ -213,7 +218,7 @@ def run_robosc(
 
 @dataclass(frozen=True)
 class Master:
-    """A running ROS master with rosout and a parameter server."""
+    """A running ROS master with its parameter server."""
 
     port: int
 
@@ -224,6 +229,10 @@ class Master:
     @property
     def environment(self) -> dict[str, str]:
         return {"ROS_MASTER_URI": self.uri, "ROS_HOSTNAME": "localhost"}
+
+    def set(self, parameter: str, value: object) -> None:
+        proxy: Any = ServerProxy(self.uri)
+        proxy.setParam("/ros_support", parameter, value)
 
     def forget(self, node: str) -> None:
         """Drop the registrations of a killed node, whose name begins so.
@@ -265,15 +274,15 @@ class Master:
 
 @contextlib.contextmanager
 def master(folder: Path, port: int | None = None) -> Iterator[Master]:
-    """A roscore on a free port, logs in ``folder``; ended with all that it started."""
+    """The master that roscore starts, on a free port, logs in ``folder``."""
     running = Master(port or free_port())
     env = plain_environment(**running.environment, ROS_HOME=str(folder), ROS_LOG_DIR=str(folder))
-    command = ["roscore", "-p", str(running.port)]
-    with running_process(command, env, folder / "roscore.log") as process:
+    command = (str(shutil.which("rosmaster")), "--core", "-p", str(running.port))
+    with forked_process(command, env, folder / "roscore.log") as process:
         await_condition(
             lambda: process.poll() is not None or running.answers(), f"a master on {running.uri}"
         )
-        assert process.poll() is None, (folder / "roscore.log").read_text(encoding="utf-8")
+        assert process.poll() is None, process.log.read_text(encoding="utf-8")
         yield running
 
 
@@ -294,8 +303,8 @@ def running_process(
 @cache
 def nodes() -> ForkServer:
     """What starts nodes and puppets, once per process of tests."""
-    modules = ("rospy", "actionlib", "diagnostic_msgs.msg", "std_srvs.srv", "rosgraph_msgs.msg")
-    return ForkServer(PYTHON, ("ros_links", *modules), plain_environment())
+    modules = ("rosmaster", "rospy", "actionlib", "diagnostic_msgs.msg", "rosgraph_msgs.msg")
+    return ForkServer(PYTHON, ("ros_links", "std_srvs.srv", *modules), plain_environment())
 
 
 @contextlib.contextmanager

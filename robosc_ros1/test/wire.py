@@ -124,9 +124,8 @@ def generate(
         file.write_text(model(ros, lax=name == "lax"), encoding="utf-8")
         mode = "supervisor" if name.endswith("supervisor") else "controller"
         words = ("--target", f"ros{ros}", "--mode", mode, "--package", f"wire_{name}")
-        done = run_robosc(
-            ("generate", str(file), *words, "--output", "src", *arguments), folder, environment
-        )
+        words = ("generate", str(file), *words, "--output", "src", *arguments)
+        done = run_robosc(words, folder, environment, tested=False)
         assert done.returncode == 0, done.stderr
 
 

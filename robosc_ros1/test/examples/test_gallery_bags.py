@@ -134,7 +134,8 @@ def rosbag(ros: gallery.Ros1, path: Path, robot: str) -> Iterator[None]:
     """``rosbag record``, which begins when there is a time."""
     command = ("rosbag", "record", "-O", str(path), *PLANTED[robot].topics, *CLOCK)
     run, master = ros.workspace.run, ros.master
-    run("rosparam", "set", "/use_sim_time", "true", master=master)
+    assert master is not None
+    master.set("/use_sim_time", True)
     with ros.workspace.start(*command, master=master):
         first = "{clock: {nsecs: 1000000}}"
         run("rostopic", "pub", "-1", "/clock", "rosgraph_msgs/Clock", first, master=master)

@@ -192,11 +192,11 @@ class Stage:
     @contextlib.contextmanager
     def simulated_time(self) -> Iterator[None]:
         """The clock stands at 0 until somebody publishes one."""
-        self.workspace.run("rosparam", "set", "/use_sim_time", "true", master=self.master)
+        self.master.set("/use_sim_time", True)
         try:
             yield
         finally:
-            self.workspace.run("rosparam", "delete", "/use_sim_time", master=self.master)
+            self.master.set("/use_sim_time", False)
 
     @contextlib.contextmanager
     def controller(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -156,7 +155,7 @@ def test_it_may_start_before_there_is_a_master(
         log: Path = process.log  # type: ignore[attr-defined]
         await_condition(lambda: "master may not be running yet" in log.read_text(), "the wait")
         stage = Stage(generated_workspace, late)
-        with restarted_master(late, tmp_path), stage.puppet() as puppet:
+        with ros_support.master(tmp_path, late.port), stage.puppet() as puppet:
             puppet.do("listen", topic="/blow", type="std_msgs/Int16")
             puppet.publish("/level", "std_msgs/Int16", 9)
             puppet.hears("/blow")
@@ -227,7 +226,7 @@ def test_the_master_is_killed_and_restarted(
                 before.publish("/level", "std_msgs/Int16", 3)
                 node.tells(event("request", "halt"))
                 await_condition(lambda: "does not answer" in node.log, "the warning")
-            with restarted_master(running, tmp_path / "second"):
+            with ros_support.master(tmp_path / "second", running.port):
                 await_condition(lambda: "registering again" in node.log, "the registration")
                 with stage.puppet() as after:
                     mark = ear.mark
@@ -243,24 +242,6 @@ def end_master(running: ros_support.Master) -> None:
     """Kill the rosmaster process, and wait until it is gone."""
     os.kill(master_pid(running), signal.SIGKILL)
     await_condition(lambda: not running.answers(), "the end of the master")
-
-
-@contextmanager
-def restarted_master(running: ros_support.Master, folder: Path) -> Iterator[None]:
-    """A new master on the port of one that has gone."""
-    env = ros_support.plain_environment(**running.environment, ROS_LOG_DIR=str(folder))
-    process = subprocess.Popen(
-        ["rosmaster", "--core", "-p", str(running.port)],
-        env=env,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.STDOUT,
-    )
-    try:
-        await_condition(running.answers, "the new master")
-        yield
-    finally:
-        process.kill()
-        process.wait()
 
 
 # What rospy does if it handles the answer to a subscription after an update that came later.

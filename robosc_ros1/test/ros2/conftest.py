@@ -20,8 +20,6 @@ from ros2.bed import HERE, REPOSITORY, Bed, Unavailable, test_bed
 from ros2.ros2_support import Graph, Peer, Process, free_domain
 from ros_support import built_once, run_robosc
 
-from robosc.traces import scripts
-
 __all__ = ["sdk", "start_agent"]
 
 MODELS = {
@@ -53,7 +51,10 @@ MODELS = {
 
 TESTED = {
     *((m, "controller") for m in ("guarded_arm", "shared", "hoist", "sonar", "everything")),
-    *((m, "controller") for m in ("workbench", "missions", "courier", "sentry", "mirror", "fleet")),
+    *(
+        (m, "controller")
+        for m in ("workbench", "missions", "courier", "sentry", "mirror", "dispatch")
+    ),
     *((m, "supervisor") for m in ("guarded_arm", "orders", "missions", "courier", "sentry")),
     *((m, "supervisor") for m in ("mirror", "crane")),
     *((m, "monitor") for m in ("guarded_arm", "mirror", "courier", "crane", "hoist")),
@@ -103,14 +104,11 @@ class Built:
 def generate(
     folder: Path, model: Path, *arguments: str, prefix: str = "", tested: bool = True
 ) -> None:
-    """``prefix`` are the AMENT_PREFIX_PATH, where definitions are looked up; to choose the runs of
-    a package's own test takes longer than all else."""
+    """``prefix`` are the AMENT_PREFIX_PATH, where definitions are looked up."""
     where = ("--target", "ros2", "--output", str(folder / "src"))
     env = {"AMENT_PREFIX_PATH": prefix} if prefix else {}
-    with pytest.MonkeyPatch.context() as patch:
-        if not tested:
-            patch.setattr(scripts, "test_files", lambda *_: {})
-        done = run_robosc(("generate", str(model), *where, *arguments), folder, env)
+    words = ("generate", str(model), *where, *arguments)
+    done = run_robosc(words, folder, env, tested=tested)
     assert done.returncode == 0, done.stderr
 
 

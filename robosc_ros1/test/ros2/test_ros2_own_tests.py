@@ -11,7 +11,7 @@ from ros2.ros2_support import Graph
 @pytest.mark.parametrize(
     "package",
     [
-        "fleet_controller",
+        "dispatch_controller",
         "hoist_controller",
         "sonar_controller",
         "everything_controller",
