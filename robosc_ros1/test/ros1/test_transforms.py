@@ -65,5 +65,5 @@ def test_it_docks(docking: Workspace, shared_master: Master, puppet: Puppet) -> 
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", MODES)
 def test_the_package_has_a_test_of_its_own(docking: Workspace, mode: str) -> None:
-    name = f"docking_{mode}"
-    docking.run("rostest", "--text", name, f"{name}.test", timeout=300)
+    done = docking.own_test(f"docking_{mode}")
+    assert done.returncode == 0, done.stdout
