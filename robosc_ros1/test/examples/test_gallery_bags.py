@@ -247,7 +247,7 @@ def drive(ros: gallery.Ros1 | gallery.Ros2, robot: str, path: Path, records: Rec
     file = path.with_suffix("") if path.suffix != ".bag" else path
     late, planted = lateness(file), "planted" in ros._models.name
     compare(robot, judged(robot, file, late), run["times"], planted, late)
-    if not planted:
+    if not planted and (robot == "follow_person" or isinstance(ros, gallery.Ros1)):
         did_its_task(run)
 
 
