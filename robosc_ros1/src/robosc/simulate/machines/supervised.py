@@ -126,8 +126,8 @@ class SupervisedExecution(execute.Execution):
             self._answer(event, given)
         elif event.kind is EventKind.CANCEL:
             role.withdraw(key)
-        elif self.plant.robot.communications[key].kind is Kind.INCOMING:
-            role.offer(key, [matching.CommandPattern(key)], given, given)
+        elif (communication := self.plant.robot.communications[key]).kind is Kind.INCOMING:
+            role.offer(communication.ros_name, [matching.CommandPattern(key)], given, given)
         else:
             role.request(key, given, given, lambda *_: None)
         engine.cycle()
