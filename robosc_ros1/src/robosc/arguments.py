@@ -45,9 +45,7 @@ def _folder(text: str) -> Path:
     return Path(text)
 
 
-def _common(
-    parser: argparse.ArgumentParser, folder: Callable[[str], Path] = _folder
-) -> None:
+def _common(parser: argparse.ArgumentParser, folder: Callable[[str], Path] = _folder) -> None:
     _several(parser, "--library-path", "also look for libraries here", "DIR", folder)
     _flag(parser, "--strict", "treat a message definition that is not installed as an error")
 

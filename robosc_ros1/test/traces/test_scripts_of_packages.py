@@ -98,6 +98,36 @@ def test_no_run_waits_for_deadlines_that_it_is_not_to_meet() -> None:
         }
         interface empty use Work from some_package
     }"""
+    passes(text)
+
+
+def test_what_the_phase_asks_is_no_other_reason() -> None:
+    """While a goal runs, go is due nowhere; the guard need not ask for that, and no node tells it."""
+    passes(
+        """robot Two {
+        component A {
+            action go with request: none, response: none, feedback: none links empty
+            behaviour { initial marked state p performs go then goto p }
+        }
+        component B {
+            outgoing message near with type: none
+            behaviour {
+                initial marked state rest { on response from near goto r }
+                state r performs go then goto rest {
+                    on response from near goto rest
+                    retry 1 times else goto bad
+                }
+                marked state bad {}
+            }
+        }
+        requirement never B.bad
+        interface empty use Work from some_package
+    }"""
+    )
+
+
+def passes(text: str) -> None:
+    """The controller of a model passes the scripts of its package."""
     robot, _ = load(Source("model.rscd", text))
     assert robot is not None
     supervisor = synthesize(lower(robot))
