@@ -23,7 +23,11 @@ def _path(parser: _Parser, name: str, text: str, metavar: str = "FILE") -> None:
 
 
 def _several(
-    parser: _Parser, name: str, text: str, metavar: str = "NAME=VALUE", kind: type = str
+    parser: _Parser,
+    name: str,
+    text: str,
+    metavar: str = "NAME=VALUE",
+    kind: Callable[[str], object] = str,
 ) -> None:
     text = f"{text} (may be repeated)"
     parser.add_argument(name, metavar=metavar, action="append", default=[], type=kind, help=text)
@@ -35,8 +39,14 @@ def _number(
     parser.add_argument(name, metavar="N", type=kind, default=default, help=text)
 
 
-def _common(parser: argparse.ArgumentParser) -> None:
-    _several(parser, "--library-path", "also look for libraries here", "DIR", Path)
+def _folder(text: str) -> Path:
+    if not Path(text).is_dir():
+        raise argparse.ArgumentTypeError(f"there is no folder {text}")
+    return Path(text)
+
+
+def _common(parser: argparse.ArgumentParser, folder: Callable[[str], Path] = _folder) -> None:
+    _several(parser, "--library-path", "also look for libraries here", "DIR", folder)
     _flag(parser, "--strict", "treat a message definition that is not installed as an error")
 
 
@@ -238,7 +248,7 @@ def replay(parser: argparse.ArgumentParser) -> None:
 def lsp(parser: argparse.ArgumentParser) -> None:
     # Some clients add it unasked; standard input and output is all that there is.
     parser.add_argument("--stdio", action="store_true", help=argparse.SUPPRESS)
-    _common(parser)
+    _common(parser, Path)  # of an editor's settings, which serve many models
 
 
 def view(parser: argparse.ArgumentParser) -> None:

@@ -86,7 +86,9 @@ class ActionRelay(GoalCaller):
             raw_subscriber(self._controller + "/cancel", GoalID, cancel),
         ]
         self._pass_back(engine, "/status", GoalStatusArray, self._on_status)
-        self._pass_back(engine, "/feedback", self._feedback_type, self._on_feedback)
+        self._feedback = self._pass_back(
+            engine, "/feedback", self._feedback_type, self._on_feedback
+        )
         self._pass_back(engine, "/result", self._result_type, self._on_result, self._send_result)
 
     def _is_meant(self, cancel):
@@ -134,7 +136,8 @@ class ActionRelay(GoalCaller):
     # Topics
 
     def _pass_back(self, engine, part, type_, heard, onward=None):
-        """Subscribe to a topic of the robot's server, and relay it to the controller."""
+        """Subscribe to a topic of the robot's server, and relay it to the controller; return the
+        subscriber."""
         onward = onward or self._publisher(self._controller + part, type_)
 
         def relay(raw):
@@ -147,4 +150,6 @@ class ActionRelay(GoalCaller):
                 # supervisor in the state that allows it.
                 engine.invoke(lambda: onward.publish(passed_on(raw)))
 
-        self._ends.add(raw_subscriber(self.label + part, type_, relay))
+        subscriber = raw_subscriber(self.label + part, type_, relay)
+        self._ends.add(subscriber)
+        return subscriber

@@ -278,6 +278,12 @@ class GoalCaller(Caller):
                 self._report(goal, "feedback", message.feedback)
 
     def _on_result(self, message):
+        # Feedback has a connection of its own, and says nothing after the result.
+        with self._lock:  # the goal may only just have been sent
+            is_own = message.status.goal_id.id in self._goals
+        if is_own:
+            links = self._feedback.impl.connections
+            BACKLOG.await_rest([link.socket for link in links if link.socket], FOLLOWING)
         with self._lock:
             goal = self._goals.get(message.status.goal_id.id)
             if goal is not None:
@@ -312,15 +318,6 @@ class Action(GoalCaller):
         subscriber = rospy.Subscriber(self.label + part, type_, heard, tcp_nodelay=True)
         self._ends.add(subscriber)
         return subscriber
-
-    def _on_result(self, message):
-        # Feedback has a connection of its own, and says nothing after the result.
-        with self._lock:  # the goal may only just have been sent
-            is_own = message.status.goal_id.id in self._goals
-        if is_own:
-            links = self._feedback.impl.connections
-            BACKLOG.await_rest([link.socket for link in links if link.socket], FOLLOWING)
-        super()._on_result(message)
 
     def _goal(self, data):
         return compose(type(self._goal_type().goal)(), data)

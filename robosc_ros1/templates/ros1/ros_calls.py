@@ -22,6 +22,7 @@ from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.msg import serialize_message
 
 from ._runtime.core.port import NotTaken
+from ._runtime.core.values import told_error
 from .ros_messages import compose
 from .ros_port import Caller
 from .ros_watch import Refused, ask
@@ -160,7 +161,7 @@ class Service(Caller):
         except rospy.exceptions.TransportException as error:
             self.report(token, "error", "transport error: %s" % error)
         except Exception as error:
-            self.report(token, "error", "%s" % error or type(error).__name__)
+            self.report(token, "error", told_error(error))
         finally:
             connection.close()
             self._forget(token, connection)

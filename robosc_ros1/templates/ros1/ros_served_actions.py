@@ -8,6 +8,7 @@ or aborted is the text of its status.
 
 import io
 import threading
+from contextlib import contextmanager
 from queue import SimpleQueue
 
 import actionlib
@@ -15,6 +16,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 
 from ._runtime.core.port import WaitingCall
+from ._runtime.core.values import told_error
 from .ros_messages import compose
 
 CANCELLED = (GoalStatus.PREEMPTING, GoalStatus.RECALLING)
@@ -45,9 +47,7 @@ class ServedAction:
                 recall(call)
 
         threading.Thread(target=self._send, name="served action", daemon=True).start()
-        self._server = actionlib.ActionServer(
-            self._name, self._type, on_goal, on_cancel, auto_start=False
-        )
+        self._server = _Server(self._name, self._type, on_goal, on_cancel, auto_start=False)
         self._server.start()
 
     def result(self, data):
@@ -78,7 +78,29 @@ class ServedAction:
             try:
                 function(*arguments)
             except Exception as error:
-                rospy.logerr("%s: %s: %s", self._name, type(error).__name__, error)
+                rospy.logerr("%s: %s", self._name, told_error(error))
+
+
+class _Server(actionlib.ActionServer):
+    """actionlib's, whose topics rospy may close while it sends: its timer and its subscribers would
+    print what that raises (of a buffer that is gone) as tracebacks."""
+
+    def publish_result(self, status, result):
+        with _unless_ending():
+            super().publish_result(status, result)
+
+    def publish_status(self):
+        with _unless_ending():
+            super().publish_status()
+
+
+@contextmanager
+def _unless_ending():
+    try:
+        yield
+    except Exception:
+        if not rospy.is_shutdown():
+            raise
 
 
 def _composed(message, data):

@@ -5,6 +5,7 @@ Requests are sent in the thread that has the engine's turn; the executor's threa
 """
 
 from ._runtime.core.port import NotTaken
+from ._runtime.core.values import told_error
 from .ros_messages import compose, plain
 from .ros_port import Caller
 
@@ -52,4 +53,4 @@ class Service(Caller):
         if error is None:
             self.report(token, "response", plain(future.result()))
         else:
-            self.report(token, "error", "%s: %s" % (type(error).__name__, error))
+            self.report(token, "error", told_error(error))

@@ -99,6 +99,7 @@ def test_folder_instead_of_a_file(verb: str, robosc: Robosc, tmp_path: Path) -> 
         ("synthesize", "--engine", "steam", "x.rscd"),
         ("explore", "--limit", "-3", "x.rscd"),
         ("generate", "--target", "ros3", "x.rscd"),
+        ("check", "--library-path", "nowhere", "x.rscd"),
     ],
     ids=" ".join,
 )

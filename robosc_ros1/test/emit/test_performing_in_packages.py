@@ -150,3 +150,32 @@ def test_the_controller_does_what_the_plant_does(seed: int, text: str) -> None:
 @pytest.mark.parametrize("text", [MODEL, DUET, SERVED], ids=["alone", "together", "served"])
 def test_the_test_of_the_package_agrees(text: str) -> None:
     assert faults_of(supervisor_of(text)) == []
+
+
+@pytest.mark.parametrize(
+    "guard", ["D.p", "D.around", "!D.p", "D.p => D.around", "any(x for x in [D.p, D.around.far])"]
+)
+def test_a_state_that_stands_for_several_is_one_operand(guard: str) -> None:
+    """Such a guard is written out as a chain, which stands beside the state of the component."""
+    text = f"""robot Pair {{
+        component C {{
+            incoming message say with type: none
+            outgoing message near with type: none
+            behaviour {{
+                initial marked state a {{ on request to say if {guard} goto b }}
+                marked state b {{ on response from near if {guard} goto a }}
+            }}
+        }}
+        component D {{
+            service ask with request: none, response: none links reset
+            behaviour {{
+                initial marked state p performs ask then goto around
+                marked state around {{
+                    initial marked state close {{ after 1 s goto far }}
+                    state far {{ after 1 s goto p }}
+                }}
+            }}
+        }}
+        interface reset use Empty from std_srvs
+    }}"""
+    walk_through(Twin(text), random.Random(1))

@@ -154,6 +154,24 @@ def test_what_follows_an_error_hides_the_transitions_around(retry: str, at: str)
     )
 
 
+@pytest.mark.parametrize("via", ["", "goto asking"])
+def test_a_retry_that_waits_counts_on(via: str) -> None:
+    """A retry that goes to the state itself is that state's own, and no other entry."""
+    text = f"""initial marked state asking performs ask then
+        {{ retry 1 times every 1 s {via} else goto given_up }}
+        marked state given_up {{}}"""
+    robot = robot_of(text)
+    assert robot is not None
+    plant = lower(robot)
+    state, places = plant.initial, []
+    for step in ("request", "error", "after", "request", "error"):
+        events = [e for e in plant.events if e.kind.word == step and e.name in ("ask", "P")]
+        found = [outcome(plant, e, values, state) for e in events for values in valuations(e)]
+        state = next(after for after in found if not isinstance(after, Verdict))
+        places.append(str(plant.variables[0].values[state[0]]))
+    assert places[1] == "asking waiting" and places[-1] == "given_up"
+
+
 def test_an_action_whose_type_is_not_known_is_the_only_error() -> None:
     text = """robot Test {
         component Base {

@@ -461,7 +461,7 @@ def test_what_no_message_can_carry_is_told_and_ends_nothing(
     every = "robosc_testing/msg/Everything"
     robot.publish("heard", every, {"short_name": "nine char"})  # which nobody may send
     robot.expect_state("everything_controller", lambda s: s["counters"]["failed"] > 0)
-    assert "said could not be sent: ValueError: short_name is 'nine char'" in node.output
+    assert "said could not be sent: short_name is 'nine char'" in node.output
     robot.publish("heard", every, {"short_name": "fits"})
     robot.subscribe("said", every)
     robot.expect("message", name="said", where=lambda d: d["short_name"] == "fits")

@@ -121,6 +121,8 @@ def test_who_holds_a_robot_that_is_held_is_told_and_one_release_does_not_free_it
     order(played, "hold")
     assert any("held 2 times" in text for _, text in played.port.logs)
     assert order(played, "release") == []
+    told = played.engine.recorder.take()[-1]
+    assert told.detail == "others hold it, too: one more release ends that"
     assert played.engine.stopped == HELD
     assert order(played, "release") == [GO]
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
 from emit.generated_code import supervisor_of
 from emit.golden_packages import model_path
 from simulate.players import play
 
+from robosc.simulate.faults import Refused
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
 
@@ -34,3 +36,12 @@ def test_an_error_and_a_cancel() -> None:
     missions = player("missions")
     play(missions, "mission.request x: [2.0]", "mission.feedback", "mission.cancel")
     play(missions, "expect mission.ending", "mission.error", "expect mission.idle")
+
+
+def test_what_nobody_waits_for_is_refused() -> None:
+    orders = player("orders")
+    with pytest.raises(Refused, match=r"order\.response cannot happen now: order is idle"):
+        play(orders, "order.response")
+    play(orders, "order.request data: true", "order.response")  # held back until the door is open
+    with pytest.raises(Refused, match=r"order\.response cannot happen now: order is answered"):
+        play(orders, "order.response")

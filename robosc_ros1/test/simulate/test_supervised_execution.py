@@ -210,3 +210,30 @@ def test_fields_that_nothing_reads_are_passed_on(execute: bool) -> None:
     player = session(supervisor_of(FIELDS, supervises=True), execute=execute)
     play(player, "expect enabled drive", "drive linear.x: 0.3, angular.z: 0.2")
     play(player, "expect sent drive", "expect data drive linear.x: 0.3, angular.z: 0.2")
+
+
+def test_a_command_replaces_another_one_of_its_topic() -> None:
+    """What is in effect is so on its topic: nothing has to be stopped that another one replaced."""
+    text = """robot K {
+        component Guard {
+            outgoing message clear with type: boolean
+            behaviour {
+                variable up: boolean
+                on response from clear do up := value
+                initial marked state watching {}
+            }
+        }
+        component Base {
+            incoming message fast with identifier: "/speed", type: double
+            incoming message slow with identifier: "/speed", type: double
+            incoming message halt with identifier: "/speed", type: double
+        }
+        provide fast with 1.0
+        provide slow with 0.1
+        provide halt with 0.0
+        requirement fast needs Guard.up
+        stop with halt
+    }"""
+    player = session(supervisor_of(text, supervises=True), execute=True)
+    play(player, "clear true", "fast", "clear false", "expect sent halt")
+    play(player, "clear true", "fast", "slow", "clear false", "expect sent nothing")

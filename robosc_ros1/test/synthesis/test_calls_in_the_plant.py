@@ -52,6 +52,20 @@ def test_a_call_is_impossible_where_none_takes_it() -> None:
     assert {outcome(plant, call, (v,), asked) for v in parameter.values} == {Verdict.IMPOSSIBLE}
 
 
+def test_a_lasting_condition_takes_no_call() -> None:
+    """An accepted call sets back that nothing is asked; that alone accepts none."""
+    lasting = "condition rested = order.idle for 2 s requirement open needs rested"
+    found = supervisor_of(ORDERS.format(asked="on response to order goto free") + lasting)
+    plant = found.plant
+    call = next(e for e in plant.events if e.kind.word == "request" and e.name == "order")
+    held = next(e for e in plant.events if e.name == "rested")
+    rested = outcome(plant, held, (), plant.initial)
+    assert not isinstance(rested, Verdict)
+    for state in (plant.initial, rested):
+        after = {v: outcome(plant, call, (v,), state) for v in call.parameters[0].values}
+        assert {v for v, to in after.items() if to is Verdict.IMPOSSIBLE} == {0, 1, 2, 3}
+
+
 def test_nobody_answers_with_an_error_by_itself() -> None:
     assert [e.kind.word for e in plant_of(ANSWERED).events if e.name == "order"] == [
         "request",

@@ -13,10 +13,14 @@ from emit.scripted_controllers import faults_of, scripts_of, tells_apart
 from ros_support import EXAMPLES, run_robosc
 
 from robosc import pipeline
+from robosc.model.resolve import load
+from robosc.plant.build import lower
 from robosc.simulate.script.run import follow_script
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
+from robosc.source import Source
 from robosc.supervisor import Supervisor
+from robosc.synthesis import synthesize
 from robosc.traces.scripts import choose
 from robosc.traces.unreachable import unreachable
 
@@ -74,6 +78,63 @@ def test_every_command_to_one_of_many_robots_is_shown(guards: bool) -> None:
     commands = {case for case in traces.cases if case[0] == "sent"}
     assert len(commands) == 8
     assert commands <= traces.shown
+
+
+def test_no_run_waits_for_deadlines_that_it_is_not_to_meet() -> None:
+    """Nothing brings the end of the delay nearer: a goal goes on, and a service is not answered."""
+    text = """robot Waits {
+        component A {
+            outgoing action task with request: none, response: none, feedback: none links empty
+            action go with request: none, response: boolean, feedback: none links empty
+            behaviour {
+                initial marked state p performs go then goto r.v
+                marked state q { initial state u performs task.error then goto u }
+                marked state r { after 3 s goto r.u initial state u {} state v {} }
+            }
+        }
+        component B {
+            service ask with request: none, response: none links empty
+            behaviour { initial marked state p performs ask then goto p }
+        }
+        interface empty use Work from some_package
+    }"""
+    passes(text)
+
+
+def test_what_the_phase_asks_is_no_other_reason() -> None:
+    """While a goal runs, go is due nowhere; the guard need not ask for that, and no node tells it."""
+    passes(
+        """robot Two {
+        component A {
+            action go with request: none, response: none, feedback: none links empty
+            behaviour { initial marked state p performs go then goto p }
+        }
+        component B {
+            outgoing message near with type: none
+            behaviour {
+                initial marked state rest { on response from near goto r }
+                state r performs go then goto rest {
+                    on response from near goto rest
+                    retry 1 times else goto bad
+                }
+                marked state bad {}
+            }
+        }
+        requirement never B.bad
+        interface empty use Work from some_package
+    }"""
+    )
+
+
+def passes(text: str) -> None:
+    """The controller of a model passes the scripts of its package."""
+    robot, _ = load(Source("model.rscd", text))
+    assert robot is not None
+    supervisor = synthesize(lower(robot))
+    for run in scripts_of(supervisor):
+        out, messages = io.StringIO(), io.StringIO()
+        session = Session(machine_maker(supervisor, execute=True))
+        assert follow_script(session, run.splitlines(), "run", out, messages, False).exit_code == 0
 
 
 def test_why_something_is_not_shown() -> None:

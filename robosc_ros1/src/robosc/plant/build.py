@@ -218,7 +218,7 @@ class _Lowering:
 
     def _communication_event(self, communication: Communication, sort: EventSort) -> Event:
         key, kind = communication.key, sort.kind
-        automata = tuple(
+        taking = tuple(
             self._automaton(component, kind, key)
             for component in self.listeners.get((kind, key), {}).values()
         )
@@ -233,10 +233,9 @@ class _Lowering:
                 tuple(index(name) for name in sources if name in names),
                 index(communication.phase_after(sort)),
             )
-        automata += tuple(self._resets(kind, key))
-        automata += tuple(self._assumptions(key, kind))
+        automata = (*taking, *self._resets(kind, key), *self._assumptions(key, kind))
         if kind is EventKind.CALL and phase is not None:
-            accepts = acceptance(key, phase, automata, self.variables, communication.span)
+            accepts = acceptance(key, phase, taking, self.variables, communication.span)
             automata, phase = (*automata, accepts), None
         assumed = VariableKind.ASSUMPTION, f"{EventKind.RESPONSE.word} from {key}"
         is_assumed = assumed in self.variable_index

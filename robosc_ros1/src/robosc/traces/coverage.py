@@ -239,8 +239,10 @@ class Coverage:
             if outcomes.count(False) == 1:
                 yield "told", step.number, outcomes.index(False)
 
-    def _obstacles(self, step: ExactStep, state: State, carried: Carried) -> list[Obstacle]:
-        """All that may stand in the way of a command."""
+    def _obstacles(
+        self, step: ExactStep, state: State, carried: Carried, is_demanded: bool = True
+    ) -> list[Obstacle]:
+        """All that may stand in the way of a command, its demands if they count."""
         found, rule = [], self.rules_by_number[step.number]
         for partner in step.partners:
             if partner.blocking:
@@ -254,7 +256,7 @@ class Coverage:
             allowed = {other.allowed(state)} if known else {False, other.in_phase(state)}
             yields: list[Case] = [("yields", step.number, other.number)]
             found.append(Obstacle({not v: yields if v else [] for v in allowed}, ""))
-        for index, demand in enumerate(rule.demands):
+        for index, demand in enumerate(rule.demands if is_demanded else ()):
             case = "demand", step.number, index
             values = demand.condition.possible(state, carried).items()
             ways = {v: [(*case, *one) for one in some] for v, some in values}
@@ -299,7 +301,10 @@ class Coverage:
         except Undefined:
             return None
         found = [] if step.in_phase(state) else [f"it is {state[step.phase or '']}"]
-        closed = [one for one in self._obstacles(step, state, carried) if not one.may_pass]
+        # Where a guard need not ask for a requirement, since the phase does, nor does the node.
+        allowed = step.guard is not None and holds(step.guard, state, carried)
+        obstacles = self._obstacles(step, state, carried, is_demanded=not allowed)
+        closed = [one for one in obstacles if not one.may_pass]
         is_blocked = found or step.blocked_by(state, carried)
         if not is_blocked and step.after(state, carried) is None:
             return None

@@ -266,7 +266,7 @@ class Recorder:
             if self.is_over or not step.in_phase(self.state):
                 return
             delay = self._next(set(self._fresh(target)))
-            if delay is None:
+            if delay is None or delay > NEVER:  # nothing but deadlines that no run is to meet
                 return
             part = self._kept_fresh(delay, target)
             if not self.is_over and self._wait(_up(part), step):

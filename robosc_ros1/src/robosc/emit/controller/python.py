@@ -83,14 +83,18 @@ class Attributes:
         def part(node: tree.Part, whole: str) -> str:
             return converted(node.carried, defined_access(whole, node.path), self)
 
-        spread = _spread(
-            places.written_out(logic.exact(counting.with_counts(expr, self.robot, chains=False)))
-        )
-        return python_text.to_python(spread, leaf, _constant, convert, part)
+        return python_text.to_python(self._spread(expr), leaf, _constant, convert, part)
+
+    def _spread(self, expr: tree.Expr) -> tree.Expr:
+        """The expression as it is written: a state may stand for several, and be a chain then."""
+        counted = counting.with_counts(expr, self.robot, chains=False)
+        return _spread(places.written_out(logic.exact(counted)))
 
     def operand(self, expr: tree.Expr) -> str:
         """The text of a condition as an operand of ``and``."""
-        return operand(expr, self.text(expr))
+        written, text = self._spread(expr), self.text(expr)
+        weak = isinstance(written, tree.Binary) and written.operator in ("or", "=>")
+        return f"({text})" if weak else text
 
     def code(self, expr: tree.Expr) -> PythonCode:
         """An expression without named parts, and what evaluating it reads and raises."""
@@ -293,12 +297,6 @@ def converter_parameters(enum: types.EnumType) -> tuple[str, ...]:
     """The parameters, by key, that the rules of an enum read, those of enums in them included."""
     found = (p.key for rule in enum.rules for p in traversal.parameters_of(tree.condition_of(rule)))
     return tuple(dict.fromkeys(found))
-
-
-def operand(expr: tree.Expr, text: str) -> str:
-    """The text of a condition as an operand of ``and``."""
-    weak = isinstance(expr, tree.Binary) and expr.operator in ("or", "=>")
-    return f"({text})" if weak else text
 
 
 def duration(expr: tree.Expr) -> float | str:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from robosc.emit.controller.naming import PythonNames, place
-from robosc.emit.controller.python import Attributes, PythonCode, joined, literal, operand
+from robosc.emit.controller.python import Attributes, PythonCode, joined, literal
 from robosc.emit.controller.template_data import PartnerView, ReactionView
 from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr import traversal, tree, types
@@ -202,7 +202,7 @@ class Reactions:
         parts = [self.location_test(location, [e.source for e in edges])]
         if guard is not None:
             code = self.attributes.code(guard)
-            text = operand(guard, code.text)
+            text = self.attributes.operand(guard)
             if traversal.may_be_undefined(logic.exact(guard)):
                 text = f"self.holds(lambda: {code.text}, {literal(place(edges[0].span))})"
             parts.append(replace(code, text=text))

@@ -514,8 +514,8 @@ class PerformingResolver:
         self._transitions.event_spans[node.span.start, EventKind.ERROR] = node.span
         again = self._transitions.goes(EventKind.ERROR, command.key, node)
         via = again.named or again.goto
-        if again.goto is None:
-            again = replace(again, goto=f"{performing.path} {DUE}")
+        if via in (None, performing.path):  # the state itself goes on: it is not entered anew
+            via, again = None, replace(again, goto=f"{performing.path} {DUE}", named=None)
         performing.retries = count_of(performing.path, node, self._instance, via)
         if performing.retries is not None:
             self.counts.append(performing.retries)

@@ -31,7 +31,7 @@ from .places import path_of
 from .port import Port, WaitingCall, steady_time
 from .requests import Requests
 from .settings import Settings
-from .values import UNREADABLE, BrokenAssumption, Mismatch
+from .values import UNREADABLE, BrokenAssumption, Mismatch, told_error
 
 
 class NodeRole(Protocol):
@@ -103,7 +103,7 @@ class InputEvents:
             return Unfit(value, Failure(str(mismatch)))
         except UNREADABLE as error:
             # The message does not have the type that the model states.
-            return Unfit(value, Failure("%s: %s" % (type(error).__name__, error)))
+            return Unfit(value, Failure(told_error(error)))
         detail = None
         counters = parts.recorder.counters
         counters["inputs"] += 1
@@ -665,7 +665,12 @@ class EngineOperator:
             return "it is not held"
         self._holds -= 1
         if self._holds:
-            return "others hold it, too: %d more releases end that" % self._holds
+            more = (
+                "one more release ends"
+                if self._holds == 1
+                else "%d more releases end" % self._holds
+            )
+            return "others hold it, too: %s that" % more
         if self._engine.stopped == HELD:
             self._engine.begin_again()
         return None

@@ -12,14 +12,14 @@ from __future__ import annotations
 from typing import Any, Callable
 
 from .port import Port, WaitingCall
-from .values import Undefined, demand_finite
+from .values import Undefined, demand_finite, told_error
 
 
 def lack(error: Exception) -> str:
     """Return why a command could not be sent."""
     if isinstance(error, Undefined):
         return "some of its data has not arrived yet"
-    return "%s: %s" % (type(error).__name__, error)
+    return told_error(error)
 
 
 class Gate:

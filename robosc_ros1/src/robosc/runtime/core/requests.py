@@ -17,7 +17,7 @@ from typing import Any, Callable, Iterable
 from .calls import ABSENT, LOST, REFUSED, TIMEOUT, Failure, Missed, OpenRequest, Withheld, replacing
 from .engine_parts import BoundInput, EngineParts, Inputs
 from .port import NotTaken
-from .values import UNREADABLE
+from .values import UNREADABLE, told_error
 
 UNEXPECTED = "refused: the answer is not as expected"
 """The reason of an error that is an answer for which the model's ``expect:`` does not hold."""
@@ -80,7 +80,7 @@ class Requests:
             return False
         except Exception as error:
             # The request has begun, so it must end.
-            request.report(key, token, "error", "%s: %s" % (type(error).__name__, error))
+            request.report(key, token, "error", told_error(error))
         return True
 
     def _give_up(self, key: str, token: int, request: OpenRequest, why: str) -> None:

@@ -29,7 +29,7 @@ from .reasons import blocked_by, violated
 from .recorder import Entry
 from .settings import LEAST_PARAMETER, MOST_PARAMETER, parameter_name
 from .shortening import ROOM, Shortener, shortened_text
-from .values import jsonable
+from .values import jsonable, told_error
 
 try:
     import fcntl
@@ -453,7 +453,7 @@ class Reporter:
                 self._outlet.diagnostics(*self._diagnosis(snapshot, document))
         except Exception as error:  # one failed report must not end the reporter
             if periodic:
-                self._cannot_report("%s: %s" % (type(error).__name__, error))
+                self._cannot_report(told_error(error))
 
     def _cannot_report(self, fault: str) -> None:
         try:

@@ -34,6 +34,13 @@ UNREADABLE = (AttributeError, TypeError, ValueError, OverflowError, LookupError)
 """What reading a message raises that does not have the type that the model states."""
 
 
+def told_error(error: Exception) -> str:
+    """Return what an exception says to people: its text, and its name only where there is none."""
+    if isinstance(error, KeyError):
+        return "there is no %s" % error
+    return str(error) or type(error).__name__
+
+
 class Undefined(IndexError):
     """An expression reads a missing array element, or data that have not been received."""
 

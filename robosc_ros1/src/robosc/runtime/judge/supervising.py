@@ -31,7 +31,7 @@ from ..core.scheduler import ScheduledCommand
 from ..core.sending import Sending
 from ..core.settings import Settings
 from ..core.telemetry import dump
-from ..core.values import Undefined
+from ..core.values import Undefined, told_error
 from .judge import (
     NOTHING_TO_CORRECT_BY,
     UNCHECKED,
@@ -237,7 +237,7 @@ class Supervising:
                 command, checked.payload, lambda: self._ask(command, checked)
             )
         except Exception as error:
-            reason = "%s: %s" % (type(error).__name__, error)
+            reason = told_error(error)
             self._recorder.counters["failed"] += 1
             self._recorder.record(kind, name, told(data), "failed", reason)
             self._parts.log("error", key, "%s could not be passed on: %s" % (name, reason))

@@ -15,7 +15,7 @@ from ..core.engine_parts import BoundInput, EngineParts
 from ..core.places import place_of
 from ..core.port import WaitingCall
 from ..core.scheduler import ScheduledCommand
-from ..core.values import UNREADABLE, Mismatch, Undefined, not_finite
+from ..core.values import UNREADABLE, Mismatch, Undefined, not_finite, told_error
 
 
 class ServedCalls:
@@ -55,7 +55,7 @@ class ServedCalls:
             self._refuse(entry, value, call, str(mismatch))
             return False
         except UNREADABLE as error:  # the request does not have the type that the model states
-            self._refuse(entry, value, call, "%s: %s" % (type(error).__name__, error))
+            self._refuse(entry, value, call, told_error(error))
             return False
         except Exception:  # an unexpected one, of which others tell
             call.refuse("the controller has an internal error", self.refusal(key))

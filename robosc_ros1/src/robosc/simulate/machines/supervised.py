@@ -26,6 +26,7 @@ from robosc.runtime.core.engine import Engine
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.judge import matching
 from robosc.runtime.judge.supervising import Supervising, SupervisorPort, supervisor_engine
+from robosc.simulate.faults import Refused
 from robosc.simulate.machines import execute, generated, machine
 from robosc.simulate.values import event_data
 from robosc.simulate.values.drawn_values import random_raw
@@ -119,6 +120,10 @@ class SupervisedExecution(execute.Execution):
     def fire(self, event: Event, given: event_data.Given) -> list[machine.Happening]:
         if not event.controllable:
             return super().fire(event, given)
+        if not self.can(event, given):
+            phase = self._phase(event)
+            why = f"is {phase}" if phase == "idle" or not event.kind.served else "is answered"
+            raise Refused(f"{machine.label(event)} cannot happen now: {event.name} {why}")
         engine, key = self._engine, event.key
         role = engine.role
         assert isinstance(role, Supervising)
@@ -126,8 +131,8 @@ class SupervisedExecution(execute.Execution):
             self._answer(event, given)
         elif event.kind is EventKind.CANCEL:
             role.withdraw(key)
-        elif self.plant.robot.communications[key].kind is Kind.INCOMING:
-            role.offer(key, [matching.CommandPattern(key)], given, given)
+        elif (communication := self.plant.robot.communications[key]).kind is Kind.INCOMING:
+            role.offer(communication.ros_name, [matching.CommandPattern(key)], given, given)
         else:
             role.request(key, given, given, lambda *_: None)
         engine.cycle()
