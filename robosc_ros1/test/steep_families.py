@@ -10,9 +10,9 @@ from families import robot_text
 from industrial_families import cluster_tool, conveyor, corridor_mesh, elevator, road
 
 __all__ = [
-    "allocation", "broad", "budget", "cat_and_mouse", "chain", "cluster_tool", "conveyor",
-    "corridor_mesh", "crew", "elevator", "gauges", "not_all_busy", "priorities", "readings",
-    "restless", "road", "tanks", "token", "unrelated",
+    "allocation", "battery_swaps", "broad", "budget", "cat_and_mouse", "chain", "cluster_tool",
+    "conveyor", "corridor_mesh", "crew", "elevator", "gauges", "not_all_busy", "one_tool_each",
+    "priorities", "readings", "restless", "road", "tanks", "token", "two_tools_each", "unrelated",
 ]  # fmt: skip
 
 
@@ -346,3 +346,123 @@ def _switches(n: int) -> list[str]:
         f" on response from m{i} do x := value }} }} }}\n"
         for i in range(n)
     ]
+
+
+def battery_swaps(n: int) -> str:
+    """n robots that go where they are ordered, and change their packs where two at a time may.
+
+    What fails of its controller was looked for by breadth first search, 31 s for 8 robots.
+    """
+    packs = n // 4 + 1
+    return f"""robot BatterySwaps {{
+  interface move use Test from actionlib
+  component Bot[1..{n}] {{
+    outgoing message battery with identifier: "/b{{index}}/low", timeout: 10 s, type: boolean
+    outgoing message order with identifier: "/b{{index}}/order", type: none
+    action drive with identifier: "/b{{index}}/drive", request: none, response: none,
+      feedback: none links move
+    action swap with identifier: "/b{{index}}/swap", request: none, response: none,
+      feedback: none links move
+    behaviour {{
+      variable low: boolean
+      on response from battery do low := value
+      initial marked state parked {{
+        on response from order goto driving
+        transition if low and battery.fresh goto swapping
+      }}
+      state driving performs drive then goto parked {{
+        retry 3 times every 2 s else goto parked
+      }}
+      state swapping performs swap then goto parked {{ retry every 5 s }}
+    }}
+    requirement drive needs battery.fresh and !low
+  }}
+  component Rack {{
+    outgoing message charged with type: none
+    behaviour {{
+      variable packs: integer(0..{packs}) = {packs}
+      initial marked state s {{
+        on response from charged if packs < {packs} do packs := packs + 1
+{"".join(f"        on request to Bot[{i}].swap do packs := packs - 1{chr(10)}" for i in range(1, n + 1))}\
+      }}
+    }}
+  }}
+  requirement always count(b.swap.busy for b in Bot) <= 2
+}}
+"""
+
+
+def two_tools_each(n: int) -> str:
+    """n robots in a ring that take two of n tools in either order, and put both back in any order.
+
+    Its controller was searched by breadth first search, without end for 12 robots.
+    """
+    parts = []
+    for i in range(n):
+        names = [f"{i}_{i}", f"{i}_{(i + 1) % n}"]
+        users = [f"{i}_{i}", f"{(i - 1) % n}_{i}"]
+        gets, puts = (
+            "".join(f"      on request to {verb}{user} goto {state}\n" for user in users)
+            for verb, state in (("get", "used"), ("put", "free"))
+        )
+        parts.append(
+            f"  component Tool{i} {{ behaviour {{\n"
+            f"    initial marked state free {{\n{gets}    }}\n    state used {{\n{puts}    }}\n"
+            "  } }\n"
+            f"  component Robot{i} {{\n"
+            f"    outgoing message order{i} with type: none\n"
+            f"    outgoing message done{i} with type: none\n"
+            + "".join(
+                f"    incoming message {verb}{name} with type: none\n"
+                for verb in ("get", "put")
+                for name in names
+            )
+            + f"    incoming message mill{i} with type: none\n"
+            "    behaviour {\n"
+            "      variable first: boolean\n"
+            "      variable second: boolean\n"
+            f"      initial marked state idle {{ on response from order{i} goto busy }}\n"
+            "      state busy {\n"
+            f"        on request to get{names[0]} if !first do first := true\n"
+            f"        on request to get{names[1]} if !second do second := true\n"
+            f"        on request to mill{i} if first and second goto mills\n"
+            "      }\n"
+            f"      state mills {{ on response from done{i} goto leaving }}\n"
+            "      state leaving {\n"
+            f"        on request to put{names[0]} if first do first := false\n"
+            f"        on request to put{names[1]} if second do second := false\n"
+            "        transition if !first and !second goto idle\n"
+            "      }\n"
+            "    }\n"
+            "  }\n"
+        )
+    return robot_text("TwoToolsEach", parts)
+
+
+def one_tool_each(n: int, tools: int) -> str:
+    """n robots that hold one of some tools at a time, any of them; each tool is held by one.
+
+    Taking a tool concerns one requirement of those that read what the robot holds.
+    """
+    numbers = range(1, tools + 1)
+    takes = "".join(f"        on request to take{k} if held = 0 do held := {k}\n" for k in numbers)
+    drops = "".join(f"        on request to drop{k} if held = {k} do held := 0\n" for k in numbers)
+    parts = [
+        f"  component Robot[1..{n}] {{\n"
+        '    outgoing message done with identifier: "/r{index}/done", type: none\n'
+        '    incoming message work with identifier: "/r{index}/work", type: none\n',
+        *(
+            f'    incoming message {verb}{k} with identifier: "/r{{index}}/{verb}{k}", type: none\n'
+            for k in numbers
+            for verb in ("take", "drop")
+        ),
+        f"    behaviour {{\n      variable held: integer(0..{tools}) = 0\n"
+        f"      initial marked state rests {{\n{takes}{drops}"
+        "        on request to work if held != 0 goto works\n"
+        "      }\n"
+        "      state works { on response from done goto rests }\n"
+        "    }\n"
+        "  }\n",
+        *(f"  requirement always count(r.held = {k} for r in Robot) <= 1\n" for k in numbers),
+    ]
+    return robot_text("OneToolEach", parts)

@@ -100,6 +100,8 @@ OPERAND_PAIRS = 2**22
 COMPLETION_NODES = 2**23
 """New nodes, some seconds of work, of the symbolic search of run-to-completion steps; beyond, the
 properties of the controller are told as unknown."""
+COMPLETION_PARTS = 2**16
+"""Parts of sets of states, some seconds of work, that this search closes under steps; the same."""
 TRACE_NODES = 10_000_000
 """Nodes of the sets that images are taken of for all traces of one system, some seconds; beyond,
 explanations say that no trace was looked for."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import random
 
 import pytest
+import steep_families
 from random_models import random_model
 from synthesis.plants import plant_of
 
@@ -44,3 +45,14 @@ def assert_same(usual: SymbolicSolution, other: SymbolicSolution) -> None:
         if usual.engine.plant.events[one.number].controllable:
             counted = usual.engine.encoding.count(usual.enabled(one))
             assert other.engine.encoding.count(other.enabled(same)) == counted
+
+
+def test_an_event_applies_the_requirements_that_it_may_violate() -> None:
+    """All requirements of the family read what a robot holds, which taking a tool changes."""
+    plant = plant_of(steep_families.one_tool_each(3, 4))
+    engine = SymbolicEngine(plant, memory=SMALL, invariants_first=True)
+    applied = {plant.events[e.number].name: len(engine._touched[e.number]) for e in engine.events}
+    assert len(plant.invariants) == 4
+    assert {name: n for name, n in applied.items() if n} == {
+        f"Robot[{i}].take{k}": 1 for i in (1, 2, 3) for k in (1, 2, 3, 4)
+    }

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import steep_families
 from random_models import random_model
-from synthesis.plants import supervisor_of
+from synthesis.plants import plant_of, supervisor_of
 from synthesis.subject import robot_of
 
 from robosc import limits, pipeline
@@ -16,6 +16,9 @@ from robosc.errors import Diagnostic, StateSpaceError
 from robosc.plant.build import lower
 from robosc.supervisor import Supervisor
 from robosc.synthesis import compiled_steps, compute, synthesize
+from robosc.synthesis.bdd.manager import Bdd
+from robosc.synthesis.bdd.run_to_completion import SymbolicController
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
 from robosc.synthesis.explain import properties as explain_properties
 
 CONTROL = ("livelock", "order-matters", "blocking-under-control")
@@ -405,6 +408,40 @@ def test_random_controllers_set_by_set(monkeypatch: pytest.MonkeyPatch) -> None:
         bounds = found.step_bound, expected.step_bound
         assert None in bounds or bounds[0] >= bounds[1], number  # type: ignore[operator]
         assert (bounds[0] is None) == (bounds[1] is None), number
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("symbolic")
+@pytest.mark.parametrize(
+    "text",
+    [steep_families.battery_swaps(1), steep_families.two_tools_each(3)],
+    ids=["swaps", "tools"],
+)
+def test_fleets_set_by_set(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same as state by state."""
+    plant = lower(robot_of(text))
+    expected = synthesize(plant, "bdd")
+    monkeypatch.setattr(explain_properties, "_FEW_STATES", 0)
+    found = synthesize(plant, "bdd")
+    assert found.properties == expected.properties
+    assert found.diagnostics == expected.diagnostics
+
+
+@pytest.mark.usefixtures("symbolic")
+@pytest.mark.parametrize("family", ["battery_swaps", "two_tools_each"])
+def test_fleets_take_a_few_rounds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only steps with internal transitions are followed step by step, not all from state to state."""
+    rounds: list[Bdd] = []
+
+    def counted(self: SymbolicController, starts: Bdd) -> Bdd:
+        rounds.append(starts)
+        return completed(self, starts)
+
+    completed = SymbolicController._completed
+    monkeypatch.setattr(SymbolicController, "_completed", counted)
+    plant = plant_of(getattr(steep_families, family)(5))
+    SymbolicController(SymbolicEngine(plant).solve()).runs()
+    assert 2 <= len(rounds) <= 10
 
 
 @pytest.mark.usefixtures("in_one_piece")

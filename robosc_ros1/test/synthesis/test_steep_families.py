@@ -18,6 +18,7 @@ from robosc.synthesis.guards import shorten
 
 SMALL = {
     "allocation": (4,),
+    "battery_swaps": (1,),
     "broad": (4,),
     "budget": (3, 4),
     "cat_and_mouse": (5, 2),
@@ -29,12 +30,14 @@ SMALL = {
     "elevator": (3,),
     "gauges": (14,),
     "not_all_busy": (6,),
+    "one_tool_each": (3, 2),
     "priorities": (4,),
     "readings": (4,),
     "restless": (3,),
     "road": (3, 1),
     "tanks": (6,),
     "token": (5,),
+    "two_tools_each": (2,),
     "unrelated": (2,),
 }
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import TypeAlias
 
 from robosc import limits
@@ -21,6 +22,7 @@ from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, PlantState
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
+from robosc.synthesis.bdd.saturation import Saturation
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.controlled_system import Runs, inputs
 
@@ -74,12 +76,17 @@ class SymbolicController:
             numbers[0]: self._steps([self.engine.events[n] for n in numbers], enabled)
             for numbers in inputs(self.plant)
         }
-        self._reached: list[_Reached] = []
-        self._starts = self._rests = self._false
+        # Most steps lead from rest to rest, and are followed by saturation: two_tools_each 12.
+        direct = [s for steps in self._inputs.values() if len(steps) == 1 for s in steps]
+        image, preimage = self.engine.relations.image, self.engine.relations.preimage
+        self._forward, self._back = (
+            Saturation(self.manager, direct, step, lambda *_: self._limit())
+            for step in (image, preimage)
+        )
+        self._starts, self._rests = self._run()
 
     def runs(self) -> Runs:
         """Return what fails of the controller's run to completion."""
-        self._run()
         ending = self._leading(self.states & ~self._moving)
         livelock = self._starts & ~ending
         return Runs(
@@ -199,39 +206,61 @@ class SymbolicController:
 
     def _limit(self) -> None:
         self.manager.make_room()
-        if self.manager.nodes > self._most:
+        work = self._forward.work + self._back.work
+        if self.manager.nodes > self._most or work > limits.COMPLETION_PARTS:
             raise MemoryError
 
     # --- from rest to rest
 
-    def _run(self) -> None:
-        """Find all states at rest and starts of steps that the controller reaches."""
-        self._add(-1, self.encoding.initial)
-        while True:
-            before = self._rests
-            for number, steps in self._inputs.items():
-                self._add(number, self._after(steps, self._rests) & ~self._starts)
-            if self._rests == before:
-                return
+    def _run(self) -> tuple[Bdd, Bdd]:
+        """Return all starts of steps, and all states at rest, that the controller reaches."""
+        at_rest = self.states & ~self._moving
+        starts = new = self.encoding.initial
+        rests = self._false
+        while new != self._false:
+            before, rests = rests, self._forward.of(rests | self._completed(new), at_rest)
+            found = [self._after(steps, rests & ~before) for steps in self._inputs.values()]
+            new = self.manager.union(found) & ~starts
+            starts = starts | new
+        return starts, rests
 
-    def _add(self, event: int, starts: Bdd) -> None:
-        if starts == self._false:
-            return
-        rests = self._completed(starts) & ~self._rests
-        self._reached.append(_Reached(event, starts, rests, self._rests))
-        self._starts = self._starts | starts
-        self._rests = self._rests | rests
+    @cached_property
+    def _reached(self) -> list[_Reached]:
+        """What inputs led to first, in the order in which chains are to be found."""
+        found: list[_Reached] = []
+        rests = all_starts = self._false
+
+        def add(event: int, starts: Bdd) -> None:
+            nonlocal rests, all_starts
+            if starts != self._false:
+                new = self._completed(starts) & ~rests
+                found.append(_Reached(event, starts, new, rests))
+                all_starts, rests = all_starts | starts, rests | new
+
+        add(-1, self.encoding.initial)
+        while all_starts != self._starts:
+            for number, steps in self._inputs.items():
+                add(number, self._after(steps, rests) & ~all_starts)
+        return found
 
     def _reaching(self) -> Bdd:
         """Return the states at rest from which a marked one at rest can be reached."""
+        return self._backward(self._rests & self.encoding.marked, self._rests, self._leading)
+
+    def _backward(self, rests: Bdd, within: Bdd, leading: Callable[[Bdd], Bdd]) -> Bdd:
+        """Return ``rests`` and the states at rest ``within`` from which steps lead there.
+
+        ``leading`` gives the states from which a step ends in some states at rest.
+        """
 
         def step(found: Bdd) -> Bdd:
-            into = self._leading(found)
+            into = leading(found)
             for steps in self._inputs.values():
-                found = found | (self._before(steps, into) & self._rests)
-            return found
+                targets = into & ~found if len(steps) == 1 else into
+                found = found | (self._before(steps, targets) & within)
+            return self._back.of(found, within)
 
-        return self._closure(self._rests & self.encoding.marked, step)
+        return self._closure(self._back.of(rests, within), step)
 
     def _missed(self) -> tuple[tuple[PlantState, ...], int] | None:
         """Return the chain to a step that ends where something must remain possible and is not."""
@@ -239,13 +268,8 @@ class SymbolicController:
             there, along, origin = (self.encoding.holds(expr) for expr in goal.conditions)
             there = there & self.states
 
-            def step(found: Bdd, along: Bdd = along, there: Bdd = there) -> Bdd:
-                into = self._on_the_way(found, there, along)
-                for steps in self._inputs.values():
-                    found = found | (self._before(steps, into) & self._rests & along)
-                return found
-
-            reaching = self._closure(self._rests & there, step)
+            way = partial(self._on_the_way, there=there, along=along)
+            reaching = self._backward(self._rests & there, self._rests & along, way)
             chain = self._chain(self._leading(self._rests & origin & ~reaching))
             if chain is not None:
                 return chain, number
@@ -303,6 +327,8 @@ class SymbolicController:
 
     def _chain(self, starts: Bdd) -> tuple[PlantState, ...] | None:
         """Return a chain (:class:`Runs`) to one of ``starts``; None if none is reached."""
+        if starts & self._starts == self._false:
+            return None
         for place, reached in enumerate(self._reached):
             if reached.starts & starts != self._false:
                 return self._chain_from(place, self.encoding.least(reached.starts & starts))

@@ -41,10 +41,12 @@ def saturated(
     Raises:
         MemoryError: the nodes do not suffice.
     """
-    return _Saturation(manager, disjuncts, step, report).of(states, within)
+    return Saturation(manager, disjuncts, step, report).of(states, within)
 
 
-class _Saturation:
+class Saturation:
+    """The same for several sets; the fixpoints of parts are kept from one to the next."""
+
     def __init__(
         self,
         manager: Manager,
@@ -65,6 +67,8 @@ class _Saturation:
             same = n + 1 < len(active) and self._tops[n + 1] == self._tops[n]
             self._below[n] = self._below[n + 1] if same else n + 1
         self._known: dict[_Part, Bdd] = {}
+        self.work = 0
+        """The parts whose fixpoints were computed so far."""
         self._run = partial(manager.run, forget=self._known.clear)
 
     def of(self, states: Bdd, within: Bdd) -> Bdd:
@@ -96,6 +100,7 @@ class _Saturation:
 
     def _saturate(self, states: Any, within: Any, first: int) -> Generator[_Part, Bdd, Bdd]:
         """Return the fixpoint of a part; yield the parts of it whose fixpoints are needed."""
+        self.work += 1
         of, bound = _level(states), _level(within)
         level = min(of, bound)
         closure: Bdd
