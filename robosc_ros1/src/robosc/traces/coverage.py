@@ -7,9 +7,9 @@ nothing else would stand in the way.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from robosc.emit.controller.naming import place
@@ -32,9 +32,11 @@ from robosc.traces.exact_steps import (
     ExactStep,
     Function,
     Partner,
+    Results,
     State,
     Steps,
     holds,
+    keys_read,
     possible_values,
 )
 
@@ -222,22 +224,34 @@ class Coverage:
         """The cases of a state in which the controller waits."""
         violated = self.steps.violated(state)
         found: set[Case] = {("states", n, n not in violated) for n in self.steps.on_states}
-        for rule in self.rules:
-            if not self.steps.guards_others:
-                found |= self.of_command(rule.step, state)
-            elif not self.steps.follows and rule.step.number not in self._by_data:
-                found.update(self._told(rule, state))
-        for step in self.steps.taus:
-            found.update(self._edges_of(step, state, NOTHING))
-        return found
+        return found.union(*self._of_waiting(state))
 
-    def _told(self, rule: CommandDemands, state: State) -> Iterator[Case]:
+    @cached_property
+    def _of_waiting(self) -> Results[set[Case]]:
+        """The cases of each command and of each internal transition where a controller waits."""
+        steps, functions = self.steps, list[tuple[Callable[[State], set[Case]], Iterable[str]]]()
+        for rule in self.rules:
+            reads = keys_read(demand.condition.expr for demand in rule.demands)
+            reads = reads.union(*(step.reads for step in (rule.step, *rule.preferred)))
+            if not steps.guards_others:
+                functions.append((partial(self.of_command, rule.step), reads))
+            elif not steps.follows and rule.step.number not in self._by_data:
+                functions.append((partial(self._told, rule), reads))
+        functions += [(partial(self._edges_in, tau), tau.reads) for tau in steps.taus]
+        return Results(functions)
+
+    def _edges_in(self, tau: ExactStep, state: State) -> set[Case]:
+        return set(self._edges_of(tau, state, NOTHING))
+
+    def _told(self, rule: CommandDemands, state: State) -> set[Case]:
         """Which demand alone is told beside what else is in the way of a command."""
         step = rule.step
-        if not step.in_phase(state) or step.blocked_by(state, NOTHING):
-            outcomes = [demand.condition.deciding(state)[0] for demand in rule.demands]
-            if outcomes.count(False) == 1:
-                yield "told", step.number, outcomes.index(False)
+        if step.in_phase(state) and not step.blocked_by(state, NOTHING):
+            return set()
+        outcomes = [demand.condition.deciding(state)[0] for demand in rule.demands]
+        if outcomes.count(False) != 1:
+            return set()
+        return {("told", step.number, outcomes.index(False))}
 
     def _obstacles(
         self, step: ExactStep, state: State, carried: Carried, is_demanded: bool = True
@@ -430,7 +444,8 @@ class Coverage:
             if False not in values:
                 return
 
-    def atoms(self) -> Sequence[Function]:
+    @cached_property
+    def atoms(self) -> Results[Any]:
         """The atoms over states alone; two states in which all agree are alike."""
         conditions = [d.condition for rule in self.rules for d in rule.demands]
         edges = [judged for several in self._edges.values() for judged in several]
@@ -439,7 +454,19 @@ class Coverage:
         conditions += [c for found in self._provides.values() for _, c in found]
         # What another controller sends comes later, in a state that is like the first of its kind.
         guards = self.steps.guards_others
-        return [a.outcome if guards else a.value for c in conditions for a in c.outer]
+
+        def of(atom: Atom) -> Callable[[State], Any]:
+            found: Function = atom.outcome if guards else atom.value
+
+            def outcome(state: State) -> Any:
+                try:
+                    return found(state, NOTHING)
+                except Undefined:
+                    return None
+
+            return outcome
+
+        return Results((of(atom), atom.reads) for c in conditions for atom in c.outer)
 
 
 def through(step: ExactStep, before: State, after: State) -> set[Case]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import compress
 from typing import Any, TypeAlias
 
 from robosc.expr.traversal import operands, walk
-from robosc.expr.tree import Aggregate, Binary, Expr, Holds, Literal, Unary, ValueRef
+from robosc.expr.tree import Aggregate, Binary, ElementRef, Expr, Holds, Literal, Unary, ValueRef
 from robosc.expr.types import BooleanType, DoubleType, IntegerType
 from robosc.runtime.core.values import Undefined
 from robosc.traces.exact_steps import (
@@ -16,9 +17,11 @@ from robosc.traces.exact_steps import (
     UNKNOWN,
     Carried,
     Function,
+    Results,
     State,
     function,
     holds,
+    keys_read,
     possible_values,
 )
 from robosc.traces.samples import NEAR
@@ -28,11 +31,13 @@ Outcome: TypeAlias = tuple[int, bool, str]
 that is near; else ``""``."""
 NEARS = ("", "at", "below", "above")
 _CHOSEN = ("chosen elements",)
-_Deciding: TypeAlias = tuple[tuple[int, bool, Carried], ...]
-"""Atoms that alone decide, each with whether it holds, and what it reads."""
+_Deciding: TypeAlias = tuple[tuple[int, bool, Carried | str], ...]
+"""Atoms that alone decide, each with whether it holds, and what it reads, or where it is near."""
 _Values: TypeAlias = dict[bool, _Deciding]
 """What a condition may come to, with what alone decides that: one value, where all is known."""
 _Compiled: TypeAlias = Callable[[State, Carried], _Values]
+_LONG = 8
+"""Parts of a chain from which on those are evaluated only that read what has changed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +48,8 @@ class Atom:
     value: Function
     sides: tuple[Function, Function] | None
     step: float
+    reads: Collection[str]
+    """The keys of the state that it reads."""
     operator: str = ""
 
     def outcome(self, state: State, carried: Carried) -> tuple[bool, str]:
@@ -69,6 +76,7 @@ class DecidedCondition:
     """
 
     def __init__(self, expr: Expr, text: Callable[[Expr], str]) -> None:
+        self.expr = expr
         self.atoms: list[Atom] = []
         self.outer: list[Atom] = []
         """What states differ in: the atoms, and in place of those of elements the whole."""
@@ -87,7 +95,7 @@ class DecidedCondition:
             outcomes = found[value] = set()
             for number, holds_, read in atoms:
                 try:
-                    near = self.atoms[number].near(state, read)
+                    near = read if isinstance(read, str) else self.atoms[number].near(state, read)
                     outcomes |= {(number, holds_, ""), (number, holds_, near)}
                 except KeyError:
                     outcomes |= {(number, holds_, near) for near in NEARS}
@@ -139,9 +147,19 @@ class DecidedCondition:
     def _chain(self, parts: Sequence[Expr], decider: bool) -> _Compiled:
         """The same for parts of which one that is ``decider`` suffices; there may be thousands."""
         compiled, other = [self._compiled(part) for part in parts], not decider
+        of_state = [not any(isinstance(p, ValueRef | ElementRef) for p in walk(o)) for o in parts]
+        of_state = of_state if len(parts) >= _LONG else [False] * len(parts)
+        known = Results(
+            (partial(self._nears, evaluate), keys_read([part]))
+            for part, evaluate in compress(zip(parts, compiled, strict=True), of_state)
+        )
 
         def joined(s: State, v: Carried) -> _Values:
-            each = [evaluate(s, v) for evaluate in compiled]
+            results = iter(() if v is UNKNOWN else known(s))
+            each = [
+                next(results) if is_known and v is not UNKNOWN else evaluate(s, v)
+                for is_known, evaluate in zip(of_state, compiled, strict=True)
+            ]
             surely = [one for one in each if other not in one]
             found: _Values = {}
             if any(decider in one for one in each):
@@ -153,6 +171,13 @@ class DecidedCondition:
 
         return joined
 
+    def _nears(self, evaluate: _Compiled, s: State) -> _Values:
+        """What a part comes to, of which all is known, and where its atoms are near."""
+        values = evaluate(s, NOTHING).items()
+        return {
+            v: tuple((n, h, self.atoms[n].near(s, NOTHING)) for n, h, _ in a) for v, a in values
+        }
+
     def _quantified(self, expr: Aggregate) -> _Compiled:
         element, decider = expr.element, expr.operator == "any"
         if expr.condition is not None:
@@ -162,7 +187,7 @@ class DecidedCondition:
         inner = self._compiled(element)
         every = _every(range(first, len(self.atoms)))
         array, whole = function(expr.array), function(expr)
-        self.outer = [*outer, Atom("", whole, None, 0.0)]
+        self.outer = [*outer, Atom("", whole, None, 0.0, keys_read([expr]))]
 
         def over(s: State, v: Carried) -> _Values:
             if v is UNKNOWN:
@@ -235,8 +260,10 @@ class DecidedCondition:
             sides = function(compared.left), function(compared.right)
             both = (compared.left.type, compared.right.type)
             step = float(all(isinstance(t, IntegerType) for t in both))
-            return Atom(self._text(expr), function(expr), sides, step, compared.operator)
-        return Atom(self._text(expr), function(expr), None, 0.0)
+            return Atom(
+                self._text(expr), function(expr), sides, step, keys_read([expr]), compared.operator
+            )
+        return Atom(self._text(expr), function(expr), None, 0.0, keys_read([expr]))
 
 
 _TABLES: dict[str, Callable[[bool, bool], bool]] = {

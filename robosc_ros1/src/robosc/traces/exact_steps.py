@@ -7,9 +7,11 @@ A state is a dict: component to the name of its location, ``Component.variable``
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import compress
+from operator import is_not, itemgetter
 from types import MappingProxyType
 from typing import Any, Generic, TypeAlias, TypeVar
 
@@ -132,6 +134,18 @@ def _lookup(state: State, carried: Carried) -> Callable[[Leaf], Any]:
     return look
 
 
+def keys_read(exprs: Iterable[Expr]) -> set[str]:
+    """The keys of a state that expressions read."""
+    found = set()
+    for part in (part for expr in exprs for part in walk(exact(expr))):
+        match part:
+            case StateRef(component=key) | VariableRef(key=key):
+                found.add(key)
+            case PhaseRef(communication=key):
+                found.add(f"~{key}")
+    return found
+
+
 def holds(condition: Function, state: State, carried: Carried = NOTHING) -> bool:
     """Whether a condition is defined and true."""
     try:
@@ -222,9 +236,42 @@ class LastOf(Generic[T]):
         return self._found[0]
 
 
+class Results(Generic[T]):
+    """The results of many functions of a state, each with the keys that it reads.
+
+    From one state to the next, only those are computed anew that read what has become another
+    value: of a large model an input concerns a few components.
+    """
+
+    def __init__(self, functions: Iterable[tuple[Callable[[State], T], Iterable[str]]]) -> None:
+        pairs = [(function, tuple(dict.fromkeys(reads))) for function, reads in functions]
+        self._functions = [function for function, _ in pairs]
+        self._readers: dict[str, list[int]] = {}
+        for number, (_, reads) in enumerate(pairs):
+            for key in reads:
+                self._readers.setdefault(key, []).append(number)
+        self._keys = tuple(self._readers)
+        self._values: tuple[Any, ...] = ()
+        self._results: list[T] = []
+
+    def __call__(self, state: State) -> list[T]:
+        """The results, in order; the list is changed by the next call."""
+        values = itemgetter(*self._keys, *self._keys[:1])(state) if self._keys else ()
+        results, self._results = self._results, []  # in case that a function fails
+        if not results:
+            results = [function(state) for function in self._functions]
+        else:
+            changed = compress(self._keys, map(is_not, values, self._values))
+            for number in {n for key in changed for n in self._readers[key]}:
+                results[number] = self._functions[number](state)
+        self._values, self._results = values, results
+        return results
+
+
 @dataclass(frozen=True, eq=False)
 class ExactStep:
-    """An event, compiled. ``guard`` is what the supervisor demands of a command."""
+    """An event, compiled. ``guard`` is what the supervisor demands of a command; ``reads`` are the
+    keys of a state that decide whether it can happen."""
 
     event: Event
     number: int
@@ -235,6 +282,7 @@ class ExactStep:
     guard: Function | None
     provides: tuple[tuple[Function | None, Provide, Function], ...]
     carries: bool
+    reads: frozenset[str]
 
     def in_phase(self, state: State) -> bool:
         return self.phase is None or state[self.phase] in self.sources
@@ -418,13 +466,25 @@ class Steps:
         phase = event.phase
         variables = self.plant.variables
         values = () if phase is None else variables[phase.variable].values
+        partners = tuple(self._partner(a, resets_of(event)) for a in event.automata)
+        provides = [
+            p
+            for p in self.robot.provides
+            if not self.robot.supervises
+            if event.kind.given and p.communication == event.command
+        ]
+        edges = [e for p in partners for several in p.edges.values() for e in several]
+        read = [part for edge in edges for part in (edge.condition, *edge.made)]
+        read += [part for p in provides for part in (p.condition, *data_expressions(p.data))]
+        read += [] if guard is None else [guard.expr]
+        name = None if phase is None else f"~{variables[phase.variable].name}"
         return ExactStep(
             event,
             number,
-            None if phase is None else f"~{variables[phase.variable].name}",
+            name,
             () if phase is None else tuple(str(values[i]) for i in phase.sources),
             "" if phase is None else str(values[phase.target]),
-            tuple(self._partner(a, resets_of(event)) for a in event.automata),
+            partners,
             None if guard is None else function(exact(guard.expr)),
             tuple(
                 (
@@ -432,12 +492,14 @@ class Steps:
                     p,
                     self._fitting(event, _data(p.data)),
                 )
-                for p in self.robot.provides
-                if event.kind.given and p.communication == event.command
-            )
-            if not self.robot.supervises
-            else (),
+                for p in provides
+            ),
             bool(event.parameters or value_parts(self.robot, event)) if event.kind.sent else False,
+            frozenset(
+                keys_read(part for part in read if part is not None)
+                | {p.place for p in partners}
+                | ({name} if name else set())
+            ),
         )
 
     def _partner(self, automaton: LocalAutomaton, resets: Sequence[LocalAutomaton]) -> Partner:
@@ -587,8 +649,10 @@ class Steps:
 
     def enabled(self, step: ExactStep, state: State) -> bool:
         """Whether a command is allowed, and no enabled command is preferred to it."""
+        if not step.allowed(state):
+            return False
         others = self.preferred.get(step.event.command, ()) if step.event.kind.sent else ()
-        return step.allowed(state) and not any(other.allowed(state) for other in others)
+        return not any(other.allowed(state) for other in others)
 
     def completed(self, state: State, limit: int = 64) -> Iterator[tuple[ExactStep, State, State]]:
         """Yield the internal transitions that follow, each with the states before and after; where
@@ -597,16 +661,37 @@ class Steps:
         going_on = True
         while going_on and len(passed) <= limit:
             going_on = False
-            for step in self.taus:
-                if step.guard is not None and not holds(step.guard, state):
-                    continue
-                after = step.after(state)
+            may_move = self._may_move(state)
+            for number, step in enumerate(self.taus):
+                after = step.after(state) if may_move[number] else None
                 if after is not None and after != state:
                     yield step, state, after
                     if after in passed:
                         return
                     state, going_on = after, True
                     passed.append(state)
+                    may_move = self._may_move(state)
+
+    @cached_property
+    def _may_move(self) -> Results[bool]:
+        """Whether each internal transition is possible."""
+
+        def may_move(step: ExactStep) -> Callable[[State], bool]:
+            guard = step.guard
+            return lambda s: (guard is None or holds(guard, s)) and step.after(s) is not None
+
+        return Results((may_move(step), step.reads) for step in self.taus)
+
+    @cached_property
+    def _enabled(self) -> Results[bool]:
+        """Whether each command is enabled."""
+
+        def enabled(step: ExactStep) -> tuple[Callable[[State], bool], Iterable[str]]:
+            others = self.preferred.get(step.event.command, ()) if step.event.kind.sent else ()
+            reads = step.reads.union(*(other.reads for other in others))
+            return lambda s: self.enabled(step, s), reads
+
+        return Results(map(enabled, self.commands))
 
     def settled(
         self, state: State, first: ExactStep | None = None
@@ -618,16 +703,19 @@ class Steps:
             return
         sent: set[int] = set()
         going_on = True
-        commands = self.commands if first is None else [first, *self.commands]
+        commands = list(enumerate(self.commands))
+        if first is not None:
+            commands.insert(0, (self.commands.index(first), first))
         while going_on:
             going_on = False
             for taken in self.completed(state):
                 yield taken
                 state = taken[2]
-            for step in commands:
-                if step.number in sent or not self.enabled(step, state):
+            enabled = self._enabled(state)
+            for place, step in commands:
+                if not enabled[place] or place in sent:
                     continue
-                sent.add(step.number)
+                sent.add(place)
                 after = step.after(state, step.carried(state))
                 assert after is not None
                 yield step, state, after
@@ -635,3 +723,4 @@ class Steps:
                 for taken in self.completed(state):
                     yield taken
                     state = taken[2]
+                enabled = self._enabled(state)

@@ -20,7 +20,6 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import VariableRef
 from robosc.expr.types import IntegerType, domain
 from robosc.language.events import EventKind, Kind
-from robosc.runtime.core.values import Undefined
 from robosc.traces.attempts import attempted
 from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
@@ -60,7 +59,7 @@ class Node:
     kinds: tuple[Any, Any]
     """Where it is, without and with its finite variables."""
     number: int
-    edges: list[Edge] = field(default_factory=list)
+    edges: dict[Any, Edge] = field(default_factory=dict)
     is_expanded: bool = False
 
 
@@ -101,7 +100,6 @@ class InputGraph:
                     near.setdefault((*case[:-2], value, ""), set()).add(case)
         self._near = {case: frozenset(others) for case, others in near.items()}
         robot = steps.robot
-        self._atoms = list({id(a): a for a in coverage.atoms()}.values())
         self._finite = [k for k, v in robot.variables.items() if domain(v.type) is not None]
         self._infinite = [k for k in robot.variables if k not in self._finite]
         self._correcting = [k for k in steps.correcting() if k in self._infinite]
@@ -140,19 +138,13 @@ class InputGraph:
         finite = tuple(repr(state[k]) for k in self._finite)
         kind = (*(state.get(n) for n in self._places), *(state[p] for p in self._calls))
         kinds = kind, (kind, finite)
-        atoms = []
-        for atom in self._atoms:
-            try:
-                atoms.append(atom(state, NOTHING))
-            except Undefined:
-                atoms.append(None)
         rest = (
             *(state[p] for p in self._messages),
             *(repr(state[k]) for k in self._correcting),
             *(state[p] for p in self._begun),
             *(max(-COUNTED, min(COUNTED, state[k] or 0)) for k in self._counters),
         )
-        return kinds, (kinds[1], rest, tuple(atoms))
+        return kinds, (kinds[1], rest, tuple(self.coverage.atoms(state)))
 
     def explore(self) -> None:
         """Expand nodes while they show something new and the budget lasts; for commands that are
@@ -298,7 +290,6 @@ class InputGraph:
         self._try(node, step, self._samples.around(step.event, sample))
 
     def _try(self, node: Node, step: ExactStep, samples: list[Sample]) -> None:
-        known = {(m[0].number, t.number, c) for m, t, c in node.edges}
         pending: list[tuple[Sample, ExactStep | None]] = [(sample, None) for sample in samples]
         for sample, first in pending:
             self.tried += 1
@@ -310,10 +301,9 @@ class InputGraph:
             pending += [(sample, other) for other in self._passed_over] if first is None else []
             target = self.node(state)
             sort = step.number, target.number, cases
-            if sort in known:
+            if sort in node.edges:
                 continue
-            known.add(sort)
-            node.edges.append(((step, sample), target, cases))
+            node.edges[sort] = (step, sample), target, cases
             new = cases - self.seen
             if new:
                 self._last = self.tried
@@ -394,7 +384,7 @@ class InputGraph:
             node, depth = queue.popleft()
             if reach is not None and depth > reach:
                 break
-            for edge in node.edges:
+            for edge in node.edges.values():
                 if self.failures[id(edge)] >= FAILURES:
                     continue
                 count = len(edge[2] & wanted)
