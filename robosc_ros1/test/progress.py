@@ -54,7 +54,7 @@ class Progress:
         self._known = costs.read(costs.KEPT) | costs.read(costs.LAST)
         self._workers = workers
         self._awaited: dict[str, float] = {}
-        self._running: dict[str, None] = {}
+        self._running: dict[str, float] = {}  # since when
         self._start = self._shown = time.monotonic()
         self._done = self._number = 0
         self._passed_seconds = 0.0
@@ -80,7 +80,7 @@ class Progress:
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
         with self._lock:
-            self._running[plain(nodeid)] = None
+            self._running[plain(nodeid)] = time.monotonic()
         self._show()
 
     def pytest_runtest_logfinish(self, nodeid: str) -> None:
@@ -116,22 +116,24 @@ class Progress:
             if now - self._shown < (0.2 if tty else EVERY) or not self._number:
                 return
             self._shown = now
-            text = self._text(now - self._start)
+            text = self._text(now)
             if tty:
                 width = self._reporter._tw.fullwidth - 1
                 self._reporter.write(f"\r{text[:width]}\x1b[K", flush=True)
             else:
                 self._reporter.write_line(text)
 
-    def _text(self, elapsed: float) -> str:
-        left = sum(self._awaited.values())
+    def _text(self, now: float) -> str:
+        # The first tests make what others use, and run for minutes: what they have run counts, too.
+        running = sum(min(now - t, self._awaited.get(n, 0.0)) for n, t in self._running.items())
+        left = sum(self._awaited.values()) - running
         # What is over tells how fast this machine is; a little is taken for granted at first.
         granted = GRANTED / max(self._workers, 1)
-        pace = (elapsed + granted) / (self._passed_seconds + GRANTED)
+        pace = (now - self._start + granted) / (self._passed_seconds + running + GRANTED)
         minutes = left * pace / 60
         rest = f"{minutes:.0f} min" if minutes >= 1.5 else f"{60 * minutes:.0f} s"
-        now = ", ".join(dict.fromkeys(short(test) for test in self._running))
-        return f"{self._done} of {self._number} · about {rest} more · now {now or 'starting'}"
+        names = ", ".join(dict.fromkeys(short(test) for test in self._running))
+        return f"{self._done} of {self._number} · about {rest} more · now {names or 'starting'}"
 
     def _clear(self) -> None:
         if self._reporter.isatty:
