@@ -12,8 +12,8 @@ from random_models import random_model
 from synthesis.plants import supervisor_of
 
 from robosc.runtime.core.values import Undefined
-from robosc.traces.coverage import CommandDemands, Coverage
-from robosc.traces.exact_steps import Results, State, Steps
+from robosc.traces.coverage import Case, Coverage
+from robosc.traces.exact_steps import ExactStep, Results, State, Steps
 from robosc.traces.samples import Samples
 from robosc.traces.search import InputGraph
 
@@ -70,13 +70,13 @@ def test_an_input_of_one_of_many_concerns_a_few(monkeypatch: pytest.MonkeyPatch)
     steps = Steps(supervisor_of(steep_families.chain(40), "bdd"))
     coverage = Coverage(steps)
     judged: list[int] = []
-    see = Coverage._see_rule
+    of_command = Coverage.of_command
 
-    def counted(self: Coverage, rule: CommandDemands, *rest: Any) -> None:
-        judged.append(rule.step.number)
-        see(self, rule, *rest)
+    def counted(self: Coverage, step: ExactStep, *rest: Any) -> set[Case]:
+        judged.append(step.number)
+        return of_command(self, step, *rest)
 
-    monkeypatch.setattr(Coverage, "_see_rule", counted)
+    monkeypatch.setattr(Coverage, "of_command", counted)
     (first,) = [s for s in steps.commands if steps.enabled(s, steps.initial)]
     coverage.of_state(steps.initial)
     assert len(judged) == 40
