@@ -16,7 +16,7 @@ from robosc.view.listening import Listener
 from robosc.view.server import Answers, Unable
 
 ORDERS = ("hold", "release", "step")
-PATIENCE = 2.0
+PATIENCE = 5.0
 """Seconds for which a message waits for somebody who hears it."""
 
 
