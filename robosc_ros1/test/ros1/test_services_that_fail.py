@@ -90,8 +90,8 @@ def test_a_service_that_answers_too_late(
     if mode == "hang":
         puppet.do("service", **ASK, mode="hang")
     else:
-        puppet.do("service", **ASK, mode="answer", delay=0.7)
-    with stage.controller(ear, timeout__ask=0.3) as node:
+        puppet.do("service", **ASK, mode="answer", delay=3.0)
+    with stage.controller(ear, timeout__ask=1.0) as node:
         puppet.publish("/ask_wanted", BOOL, True)
         for _ in range(12):  # more than may hang at one time
             mark = ear.mark
