@@ -22,7 +22,7 @@ from .relay_sides import RelaySides
 from .ros import RosPort
 from .ros_arriving import corrected, maker, read, unread
 from .ros_messages import plain, sendable
-from .ros_parameters import advertise, keep_clock, qos_profile
+from .ros_parameters import advertise, keep_clock, qos_profile, service_profile
 
 
 def packed(message):
@@ -84,7 +84,9 @@ class RelayPort(RelaySides, RosPort, JudgingPort):
 
     def _relay_service(self, engine, controller, type_, key):
         serve, group = _serving(engine, self.executor_thread, key), ReentrantCallbackGroup()
-        self._node.create_service(type_, controller, serve, callback_group=group)
+        self._node.create_service(
+            type_, controller, serve, qos_profile=service_profile(), callback_group=group
+        )
 
 
 def _serving(engine, executor_thread, key):

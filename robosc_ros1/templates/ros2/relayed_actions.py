@@ -12,6 +12,7 @@ from ._runtime.core.port import NotTaken
 from .ros_actions import Action, Goal
 from .ros_arriving import unread
 from .ros_messages import plain
+from .ros_parameters import action_profiles
 
 RESULT_KEPT = 60
 """Seconds for which the result of a goal is kept for a controller that asks late. A server's status
@@ -43,6 +44,7 @@ class ActionRelay(Action):
             cancel_callback=self._cancel_asked,
             callback_group=ReentrantCallbackGroup(),
             result_timeout=RESULT_KEPT,
+            **action_profiles(),
         )
 
     # The controller's side

@@ -53,6 +53,21 @@ def qos_profile(reliability, depth, durability="volatile"):
     )
 
 
+CALLS = 100
+"""The most calls that wait to be taken: of more, by default of ten, ROS 2 drops the oldest and
+tells nobody."""
+
+
+def service_profile():
+    """Return the QoS profile of a service that the node offers."""
+    return qos_profile("reliable", CALLS)
+
+
+def action_profiles():
+    """Return those of an action, by the words that rclpy has for them."""
+    return {"%s_service_qos_profile" % p: service_profile() for p in ("goal", "result", "cancel")}
+
+
 def advertise(node, message_type, topic, profile):
     """Return a publisher without rclpy's own events, each of which costs time in every cycle of the
     executor. The watch of the graph tells which of the robot's topics do not fit; of the node's own

@@ -10,11 +10,7 @@ has one.
 
 from ._runtime.core.port import WaitingCall
 from .ros_messages import compose, has_oddities, plain
-from .ros_parameters import qos_profile
-
-CALLS = 100
-"""The most calls that wait to be taken: of more, by default of ten, ROS 2 drops the oldest and
-tells nobody."""
+from .ros_parameters import service_profile
 
 
 def explained(make, text, data):
@@ -45,9 +41,8 @@ class ServedService:
     def serve(self, post, recall):
         """Offer the service; ``post`` gets each request, and the call to answer."""
         convert = plain if has_oddities(self._type.Request) else lambda request: request
-        profile = qos_profile("reliable", CALLS)
         server = self._node.create_service(
-            self._type, self._name, lambda request, _: request, qos_profile=profile
+            self._type, self._name, lambda request, _: request, qos_profile=service_profile()
         )
         send = server.send_response
 

@@ -17,8 +17,8 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 
 from ._runtime.core.port import WaitingCall
 from .ros_messages import compose, has_oddities, plain
-from .ros_parameters import qos_profile
-from .ros_served import CALLS, explained
+from .ros_parameters import action_profiles
+from .ros_served import explained
 
 DECISION = 2.0
 """Seconds after which a goal is rejected that the engine, busy or ending, has not come to."""
@@ -66,7 +66,6 @@ class ServedAction:
                 recall(call)
             return CancelResponse.ACCEPT
 
-        profile = qos_profile("reliable", CALLS)
         self._server = ActionServer(
             self._node,
             self._type,
@@ -77,7 +76,7 @@ class ServedAction:
             cancel_callback=cancelled,
             callback_group=ReentrantCallbackGroup(),
             result_timeout=KEPT,
-            **{"%s_service_qos_profile" % part: profile for part in ("goal", "result", "cancel")},
+            **action_profiles(),
         )
 
     def result(self, data):

@@ -130,6 +130,19 @@ def test_a_call_that_is_blocked_is_answered_with_defaults(
     assert robot.events("request") == []
 
 
+def test_calls_and_goals_at_once_are_all_answered(
+    robot: Peer, other: Peer, controller: Start
+) -> None:
+    """More than ROS 2 keeps for a server by default."""
+    controller(NODE)
+    many = {"data": {"data": True}, "count": 200, "at_once": 50}
+    answers = other.order("flood", name="supervised/door/lock", type=SWITCH, **many)
+    assert answers == [{"success": False, "message": ""}] * 200
+    many["data"] = {"target": 7.0}
+    ends = other.order("flood_goals", name="supervised/reach", type=MOVE, **many)
+    assert ends == [None] * 200  # rejected
+
+
 def test_a_goal_passes_with_its_id_and_what_comes_of_it(
     robot: Peer, other: Peer, controller: Start
 ) -> None:
