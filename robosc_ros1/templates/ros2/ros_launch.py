@@ -128,8 +128,10 @@ def _parameter_file(argument, given):
         space = "%s/%s" % (argument("ros_namespace"), space)  # that of the file that includes this
     # By its full name: ROS cannot replace a number in a section by one of another type.
     name = "/" + "/".join(filter(None, [*space.split("/"), argument("name")]))
+    # What is no parameter, such as a date, is left to the node, which tells what it must be.
+    text = json.dumps({name: {"ros__parameters": given}}, default=str)
     with NamedTemporaryFile("w", prefix="launch_params_", suffix=".yaml", delete=False) as file:
-        json.dump({name: {"ros__parameters": given}}, file)
+        file.write(text)
     return [file.name]
 
 

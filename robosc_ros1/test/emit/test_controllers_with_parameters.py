@@ -82,6 +82,7 @@ def test_durations_are_those_of_their_parameters(thermostat: Supervisor) -> None
         ("steps", 4, "an integer of at most 3, not 4"),
         ("steps", 0, "an integer of at least 1, not 0"),
         ("steps", 2.0, "an integer, not 2.0"),
+        ("steps", "1e3", "an integer, not '1e3'"),
         ("limit", "ninety", "an integer, not 'ninety'"),
         ("limit", False, "an integer, not False"),
         ("season", "spring", "one of winter, summer, not 'spring'"),

@@ -50,7 +50,7 @@ def fault(parameter: Parameter, value: Any) -> str | None:
             return "one of " + ", ".join(parameter.choices)
         return None
     what = "an integer" if parameter.type == "integer" else "a number"
-    if isinstance(value, str) and _POINTLESS.match(value):
+    if parameter.type == "number" and isinstance(value, str) and _POINTLESS.match(value):
         return what + " (in YAML with a point: %s)" % _POINTLESS.sub(r"\1.0\2", value)
     if not number or (isinstance(value, float) and not math.isfinite(value)):
         return what
