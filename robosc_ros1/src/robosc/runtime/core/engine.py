@@ -401,8 +401,7 @@ class Engine(Generic[R]):
         try:
             self.pauses.look()
             function(*arguments)
-            if self.recorder.fresh:
-                self.recorder.settle()
+            self.recorder.settle()
             if self.keeper is not None:
                 self.keeper.look()
         except Exception as error:

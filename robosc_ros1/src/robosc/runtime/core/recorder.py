@@ -112,8 +112,7 @@ class EventRecorder:
         self._controller = controller
         self._names: Names | None = None
         self._is_partial = False  # the effect of an event was recorded only in a short form
-        self.fresh: list[tuple[Entry, Sequence[tuple[str, Any]]]] = []
-        """What :meth:`settle` makes short forms of."""
+        self._fresh: list[tuple[Entry, Sequence[tuple[str, Any]]]] = []
         self._entries: deque[Entry] = deque(maxlen=_CAPACITY)
         self.counters: dict[str, int] = {
             "inputs": 0, "commands": 0, "taus": 0, "errors": 0, "mismatches": 0, "undefined": 0,
@@ -151,18 +150,18 @@ class EventRecorder:
             detail, False, reordered, seen, blocked_by, correction, reason, reordered is not None,
         ))  # fmt: skip
         if self._controller is None or not (
-            self.fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST
+            self._fresh or self._is_partial or not is_small(value) or len(detail or "") > _LONGEST
         ):
             self._entries.append(entry)
             return
         state = self._controller.__dict__
-        self.fresh.append((entry, [(attribute, state[attribute]) for attribute in writes]))
+        self._fresh.append((entry, [(attribute, state[attribute]) for attribute in writes]))
 
     def settle(self) -> None:
         """Make short forms, after the reaction to an input and in the same thread."""
-        if not self.fresh:
+        if not self._fresh:
             return
-        fresh, self.fresh = self.fresh, []
+        fresh, self._fresh = self._fresh, []
         for entry, values in fresh:
             shorten = Shortener()
             value = shorten(entry.value)

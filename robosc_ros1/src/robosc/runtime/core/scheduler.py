@@ -289,9 +289,7 @@ class CommandScheduler:
 
     def next(self, now: float) -> ScheduledCommand | None:
         """Return the command to perform now; None: no more in this round."""
-        if now < self._now:
-            self._limit_waits(now)
-        self._now = now
+        self._follow(now)
         if self._waiting and self._waiting[0][0] <= now:
             self._release(now)
         command = None
@@ -330,9 +328,7 @@ class CommandScheduler:
 
         A clock that jumped back delays commands by at most one period.
         """
-        if now < self._now:
-            self._limit_waits(now)
-        self._now = now
+        self._follow(now)
         while not self._ready and self._waiting:
             due, index = self._waiting[0]
             command = self.commands[index]
@@ -368,12 +364,14 @@ class CommandScheduler:
                 if command.waits:
                     self._place(command, now)
 
-    def _limit_waits(self, now: float) -> None:
-        """Limit the waiting times to one period, since the clock jumped back."""
-        for command in self.commands:
-            command.due = min(command.due, now + command.period)
-            if command.waits:
-                self._wait(command)
+    def _follow(self, now: float) -> None:
+        """If the clock jumped back, limit the waiting times to one period."""
+        if now < self._now:
+            for command in self.commands:
+                command.due = min(command.due, now + command.period)
+                if command.waits:
+                    self._wait(command)
+        self._now = now
 
     def _first(self) -> ScheduledCommand | None:
         while self._ready:
