@@ -16,7 +16,7 @@ from robosc.plant.automaton import Plant
 from robosc.runtime.core.model import Controller
 from robosc.runtime.core.places import stands_in
 from robosc.simulate.faults import LineFault
-from robosc.simulate.machines import execute, generated
+from robosc.simulate.machines import execute
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
 from robosc.supervisor import Supervisor
@@ -56,8 +56,7 @@ def tells_apart(supervisor: Supervisor, scripts: list[str], source: str) -> list
     kind: Any = class_of(source)
     phases = {*supervisor.plant.robot.display_names.values()}
     with pytest.MonkeyPatch.context() as patched:
-        for module in (execute, generated):
-            patched.setattr(module, "make_controller", lambda _: kind())
+        patched.setattr(execute, "controller_class", lambda _: kind)
         for text in scripts:
             session = Session(machine_maker(supervisor, execute=True))
             for number, line in enumerate(text.splitlines(), 1):

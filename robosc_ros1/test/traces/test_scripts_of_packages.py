@@ -21,8 +21,10 @@ from robosc.simulate.start import machine_maker
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize
+from robosc.traces import unreachable
+from robosc.traces.coverage import Coverage
+from robosc.traces.exact_steps import Steps
 from robosc.traces.scripts import choose
-from robosc.traces.unreachable import unreachable
 
 PLAYED = ("courier", "door", "drone", "kobuki", "navigation", "order", "two_robots")
 
@@ -67,7 +69,68 @@ def test_what_is_proved_unreachable_is_not_shown(name: str) -> None:
     for guards in (False, True):
         robot = pipeline.load(model_of(name), pipeline.Options(supervises=guards)).robot
         traces = choose(pipeline.synthesize(robot))
-        assert not traces.shown & unreachable(traces.coverage)
+        assert not traces.shown & unreachable.unreachable(traces.coverage)
+
+
+def test_the_same_is_proved_of_many_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are looked at one by one, or by what they have in common."""
+    pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
+    robots = [
+        pipeline.load(model_of(name), pipeline.Options(supervises=guards)).robot
+        for name in PLAYED
+        for guards in (False, True)
+    ]
+    coverages = [Coverage(Steps(pipeline.synthesize(robot))) for robot in robots]
+    one_by_one = [unreachable.unreachable(coverage) for coverage in coverages]
+    monkeypatch.setattr(unreachable, "STATES", 0)
+    assert [unreachable.unreachable(coverage) for coverage in coverages] == one_by_one
+    assert any(one_by_one)
+
+
+ARM = """robot Cell {
+    component Arm {
+        action pick with request: none, response: none, feedback: none links empty
+        behaviour {
+            initial marked state ready performs pick then goto ready {
+                retry 2 times else goto tired
+            }
+            marked state tired {}
+        }
+    }
+    LAMPS
+    interface empty use Work from some_package
+}"""
+LAMP = """
+    component Lamp0 {
+        service switch0 with request: none, response: none links empty
+        outgoing message seen0 with type: boolean
+        behaviour {
+            variable dark: boolean
+            on response from seen0 do dark := value
+            initial marked state off { on request to switch0 goto turning }
+            state turning {
+                on response from switch0 goto lit
+                on error from switch0 goto off
+            }
+            state lit { on request to switch0 goto ending }
+            state ending {
+                on response from switch0 goto off
+                on error from switch0 goto lit
+            }
+        }
+    }
+    requirement switch0 needs (Lamp0.dark and Lamp0.off) or (!Lamp0.dark and Lamp0.lit)
+"""
+
+
+def test_what_a_component_does_late_is_shown_beside_many_others() -> None:
+    """The third error in a row is one of the few things that are new among many combinations."""
+    lamps = "".join(LAMP.replace("0", str(number)) for number in range(4))
+    robot, found = load(Source("model.rscd", ARM.replace("LAMPS", lamps)))
+    assert robot is not None, found
+    traces = choose(synthesize(lower(robot)))
+    assert traces.cases.keys() == traces.shown | traces.proved
+    assert [text for case, text in traces.cases.items() if case in traces.shown and "tired" in text]
 
 
 @pytest.mark.parametrize("guards", [False, True])

@@ -231,14 +231,28 @@ class Coverage:
         """The cases of each command and of each internal transition where a controller waits."""
         steps, functions = self.steps, list[tuple[Callable[[State], set[Case]], Iterable[str]]]()
         for rule in self.rules:
-            reads = keys_read(demand.condition.expr for demand in rule.demands)
-            reads = reads.union(*(step.reads for step in (rule.step, *rule.preferred)))
+            reads = self.reads(rule.step)
             if not steps.guards_others:
                 functions.append((partial(self.of_command, rule.step), reads))
             elif not steps.follows and rule.step.number not in self._by_data:
                 functions.append((partial(self._told, rule), reads))
         functions += [(partial(self._edges_in, tau), tau.reads) for tau in steps.taus]
         return Results(functions)
+
+    def reads(self, step: ExactStep) -> set[str]:
+        """The keys of a state that decide which cases an event shows."""
+        found = step.reads.union(
+            key
+            for partner in step.partners
+            for edges in partner.edges.values()
+            for edge in edges
+            for key, *_ in edge.assigned
+        )
+        rule = self.rules_by_number.get(step.number)
+        if rule is not None:
+            found |= keys_read(demand.condition.expr for demand in rule.demands)
+            found = found.union(*(other.reads for other in rule.preferred))
+        return set(found)
 
     def _edges_in(self, tau: ExactStep, state: State) -> set[Case]:
         return set(self._edges_of(tau, state, NOTHING))

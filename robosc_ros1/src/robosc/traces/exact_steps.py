@@ -236,16 +236,42 @@ class LastOf(Generic[T]):
         return self._found[0]
 
 
+REMEMBERED = 5000
+"""So many results of a function are remembered."""
+
+
+def _remembering(function: Callable[[State], T], reads: Sequence[str]) -> Callable[[State], T]:
+    """The same function, which is computed once for the same values of what it reads."""
+    if not reads:
+        return function
+    values_of = itemgetter(*reads)
+    found: dict[Any, T] = {}
+
+    def remembering(state: State) -> T:
+        values = values_of(state)
+        try:
+            return found[values]
+        except KeyError:
+            if len(found) >= REMEMBERED:
+                found.clear()
+            result = found[values] = function(state)
+            return result
+        except TypeError:  # what an array or an object holds
+            return function(state)
+
+    return remembering
+
+
 class Results(Generic[T]):
     """The results of many functions of a state, each with the keys that it reads.
 
-    From one state to the next, only those are computed anew that read what has become another
-    value: of a large model an input concerns a few components.
+    From one state to the next, only those are looked at that read what has become another value: of
+    a large model an input concerns a few components. And each is computed once for the same values.
     """
 
     def __init__(self, functions: Iterable[tuple[Callable[[State], T], Iterable[str]]]) -> None:
         pairs = [(function, tuple(dict.fromkeys(reads))) for function, reads in functions]
-        self._functions = [function for function, _ in pairs]
+        self._functions = [_remembering(function, reads) for function, reads in pairs]
         self._readers: dict[str, list[int]] = {}
         for number, (_, reads) in enumerate(pairs):
             for key in reads:

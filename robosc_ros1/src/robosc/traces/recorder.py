@@ -100,10 +100,15 @@ class Disagreement(Exception):
 
 
 class Recorder:
-    """One run from the start of the controller."""
+    """One run from the start of the controller; ``machine`` is one that a run has ended with."""
 
     def __init__(
-        self, supervisor: Supervisor, steps: Steps, coverage: Coverage, told: set[Any]
+        self,
+        supervisor: Supervisor,
+        steps: Steps,
+        coverage: Coverage,
+        told: set[Any],
+        machine: Execution | None = None,
     ) -> None:
         self._begin(steps, coverage, told)
         self._by_name = {
@@ -113,10 +118,13 @@ class Recorder:
         parameters = self._parameters()
         self.run = ScriptedRun(parameters)
         settings = read_settings(self._robot, parameters)
-        if steps.guards_others:
-            self.machine: Execution = SupervisedExecution(supervisor, settings)
+        if machine is not None:
+            machine.restart()
+        elif steps.guards_others:
+            machine = SupervisedExecution(supervisor, settings)
         else:
-            self.machine = Execution(supervisor, settings, steps.demand_fitting)
+            machine = Execution(supervisor, settings, steps.demand_fitting)
+        self.machine = machine
         self._also: Mapping[Any, Carried] = {}
         """What the other events carry that the latest message is, by identity."""
         self._heard: dict[str, tuple[ExactStep, Sample, float]] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -84,26 +85,24 @@ def choose(
     judged = permissive(supervisor) if follows else supervisor
     wanted = set(search.seen)
     told: set[Any] = set()
-    attempts: dict[Case, int] = {}
+    attempts = Counter[Case]()
     runs: list[ScriptedRun] = []
     shown: set[Case] = set()
     left = scaled(INPUTS, coverage)
+    kind = MonitorRecorder if follows else GuardRecorder if steps.guards_others else Recorder
+    machine = None
     while wanted and len(runs) < RUNS and left > 0:
-        if steps.follows:
-            recorder: Recorder = MonitorRecorder(judged, steps, coverage, told)
-        elif steps.guards_others:
-            recorder = GuardRecorder(supervisor, steps, coverage, told)
-        else:
-            recorder = Recorder(supervisor, steps, coverage, told)
+        recorder = kind(judged, steps, coverage, told, machine)
+        machine = recorder.machine
         shown |= recorder.run.cases
         wanted -= shown
+        in_vain = attempts.total() + search.failures.total()
         progress = _extend(recorder, search, wanted, shown, attempts)
-        if not progress:
-            if not runs:
-                runs.append(recorder.run)
-            break
-        runs.append(recorder.run)
         left -= len(recorder.run.lines)
+        if progress or not runs:
+            runs.append(recorder.run)
+        elif in_vain == attempts.total() + search.failures.total():
+            break  # and the next run would be the same
     _annotate(runs, coverage)
     found = frozenset(shown & coverage.cases.keys())
     return Traces(tuple(runs), coverage.cases, found, coverage, proved, search.tried)
@@ -131,7 +130,7 @@ def _extend(
     search: InputGraph,
     wanted: set[Case],
     shown: set[Case],
-    attempts: dict[Case, int],
+    attempts: Counter[Case],
 ) -> bool:
     """Lead a run to wanted cases until there are none near; whether it showed any."""
     progress = False
@@ -157,7 +156,7 @@ def _extend(
                 search.failures[id(edge)] += 1
                 break
         for case in edge[2] & wanted:
-            attempts[case] = attempts.get(case, 0) + 1
+            attempts[case] += 1
             if attempts[case] >= ATTEMPTS:
                 wanted.discard(case)
     return progress

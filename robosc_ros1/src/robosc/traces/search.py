@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter, deque
-from collections.abc import Iterator, Set
+from collections.abc import Collection, Iterator, Set
 from dataclasses import dataclass, field
 from itertools import combinations, islice
 from typing import Any, TypeAlias
@@ -25,9 +25,9 @@ from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
-BUDGET, LEAST = 40000, 60
+BUDGET, LEAST = 20000, 60
 """The most inputs that are tried, and the least, however large a model is."""
-PATIENCE, SHORT = 15000, 500
+PATIENCE, SHORT = 5000, 500
 """So many inputs are tried after three times those that it took to show the last that is new: where
 cases are left, and where none is, since what is no case may find a fault, too."""
 LARGE = 300
@@ -56,8 +56,8 @@ class Node:
     """A class of states; ``edges`` are empty until it is expanded."""
 
     state: State
-    kinds: tuple[Any, Any]
-    """Where it is, without and with its finite variables."""
+    kinds: tuple[Collection[Any], ...]
+    """Where it is, without and with its finite variables, and how each component is."""
     number: int
     edges: dict[Any, Edge] = field(default_factory=dict)
     is_expanded: bool = False
@@ -85,9 +85,11 @@ class InputGraph:
         self._tries = max(USUAL, min(TRIES, self._budget // 10))
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
-        self._waiting: tuple[list[tuple[int, int, Node]], ...] = [], []
-        """The nodes to be expanded, by each of their two kinds: those first of whose kind fewer
-        were. A model may have few places and count a lot, or many places."""
+        self._waiting: tuple[list[tuple[int, int, Node]], ...] = [], [], []
+        """The nodes to be expanded, by each of their kinds: those first of whose kind fewer were.
+        A model may have few places and count a lot, or many places; and what one component of many
+        does late comes soon where each is seen as it has not been (width 1 of Lipovetzky & Geffner,
+        ECAI 2012)."""
         self._turn = 0
         self._places_tried: set[Any] = set()
         self._converted: dict[Case, Sample] = {}
@@ -126,25 +128,29 @@ class InputGraph:
         self.start = self.node(state)
 
     def node(self, state: State) -> Node:
-        kinds, key = self._key(state)
+        kind, key = self._key(state)
         found = self._nodes.get(key)
         if found is None:
+            kinds = [kind], [key[0]], self._components(state)
             found = self._nodes[key] = Node(state, kinds, len(self._nodes))
-            for kind, waiting in zip(kinds, self._waiting, strict=True):
-                heapq.heappush(waiting, (self._expanded[kind], found.number, found))
+            for turn, waiting in enumerate(self._waiting):
+                heapq.heappush(waiting, (self._times(found, turn), found.number, found))
         return found
+
+    def _times(self, node: Node, turn: int) -> int:
+        """How often nodes of its kind were expanded."""
+        return min((self._expanded[kind] for kind in node.kinds[turn]), default=0)
 
     def _key(self, state: State) -> tuple[Any, Any]:
         finite = tuple(repr(state[k]) for k in self._finite)
         kind = (*(state.get(n) for n in self._places), *(state[p] for p in self._calls))
-        kinds = kind, (kind, finite)
         rest = (
             *(state[p] for p in self._messages),
             *(repr(state[k]) for k in self._correcting),
             *(state[p] for p in self._begun),
             *(max(-COUNTED, min(COUNTED, state[k] or 0)) for k in self._counters),
         )
-        return kinds, (kinds[1], rest, tuple(self.coverage.atoms(state)))
+        return kind, ((kind, finite), rest, tuple(self.coverage.atoms(state)))
 
     def explore(self) -> None:
         """Expand nodes while they show something new and the budget lasts; for commands that are
@@ -189,11 +195,11 @@ class InputGraph:
 
     def _expand_next(self) -> bool:
         """Expand a node, in turn by each kind; False: there is none."""
-        self._turn = 1 - self._turn
+        self._turn = (self._turn + 1) % len(self._waiting)
         waiting = self._waiting[self._turn]
         while waiting:
             times, number, node = heapq.heappop(waiting)
-            expanded = self._expanded[node.kinds[self._turn]]
+            expanded = self._times(node, self._turn)
             if node.is_expanded:
                 continue
             if expanded <= times:
@@ -269,7 +275,7 @@ class InputGraph:
         if node.is_expanded or self.tried > 3 * self._budget:
             return
         node.is_expanded = True
-        self._expanded.update(node.kinds)
+        self._expanded.update(kind for several in node.kinds for kind in several)
         for step, samples in self._inputs:
             if step.event.kind.sent or step.in_phase(node.state):
                 places = step.number, tuple(node.state[p.place] for p in step.partners)

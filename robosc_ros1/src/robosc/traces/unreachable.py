@@ -2,19 +2,22 @@
 
 Looked at is each state that is reached, as far as the plant knows it: its locations, phases and
 finite variables. What depends on numbers or on data may come out in any way. So what is possible
-here need not be possible on the robot, but what is not possible here is nowhere.
+here need not be possible on the robot, but what is not possible here is nowhere. For each event it
+is enough what those variables are together that its cases read.
 """
 
 from __future__ import annotations
 
 from robosc.errors import StateSpaceError
-from robosc.plant.automaton import Plant, PlantState, VariableKind
+from robosc.plant.automaton import Plant, VariableKind
 from robosc.synthesis.explore import explore
+from robosc.synthesis.verify.state_sets import Assigned
+from robosc.synthesis.verify.symbolic import reached_values
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import State
+from robosc.traces.exact_steps import State, Steps
 
-STATES = 10000
-"""So many states are looked at; of a larger system nothing is proved."""
+STATES = COMBINATIONS = 10000
+"""So many states are looked at one by one; of a larger system, so many combinations of values."""
 _KNOWN = (VariableKind.LOCATION, VariableKind.ASSUMPTION, VariableKind.PHASE)
 
 
@@ -24,26 +27,53 @@ def unreachable(coverage: Coverage) -> frozenset[Case]:
     steps = coverage.steps
     if steps.follows:
         return frozenset()
+    keys = _keys(steps.plant)
+    groups = [
+        frozenset(index for index, key in keys.items() if key in coverage.reads(step))
+        for step in steps.steps
+    ]
     try:
-        states = explore(steps.supervisor, STATES).states
+        reached = _reached(steps, groups)
     except StateSpaceError:
         return frozenset()
     found: set[Case] = set()
-    for known in {tuple(_known(steps.plant, state).items()) for state in states}:
-        state = dict(known)
-        for step in steps.steps:
+    for step, several in zip(steps.steps, reached, strict=True):
+        for assigned in several:
+            state = _state(steps.plant, keys, assigned)
             if step.in_phase(state):
                 found |= coverage.possible(step, state)
     return frozenset(coverage.cases.keys() - found)
 
 
-def _known(plant: Plant, state: PlantState) -> State:
-    """What a state of the plant tells for certain."""
+def _reached(steps: Steps, groups: list[frozenset[int]]) -> list[list[Assigned]]:
+    """The values that each group of variables has in some state under the supervisor.
+
+    Raises:
+        StateSpaceError: there are too many.
+    """
+    if steps.supervisor.controlled_states > STATES:
+        return reached_values(steps.supervisor, groups, COMBINATIONS)
+    states = explore(steps.supervisor).states
+    return [
+        list(dict.fromkeys(tuple((n, state[n]) for n in group) for state in states))
+        for group in groups
+    ]
+
+
+def _keys(plant: Plant) -> dict[int, str]:
+    """By number, the variables of which a state of the plant tells the value."""
+    return {
+        number: f"~{variable.name}" if variable.kind is VariableKind.PHASE else variable.name
+        for number, variable in enumerate(plant.variables)
+        if variable.kind in _KNOWN or isinstance(variable.values, tuple | range)
+    }
+
+
+def _state(plant: Plant, keys: dict[int, str], assigned: Assigned) -> State:
+    """What some variables are, as a state of the robot tells it."""
     found: State = {}
-    for variable, index in zip(plant.variables, state, strict=True):
-        if variable.kind in _KNOWN:
-            phase = "~" if variable.kind is VariableKind.PHASE else ""
-            found[phase + variable.name] = str(variable.values[index])
-        elif isinstance(variable.values, tuple | range):
-            found[variable.name] = variable.values[index]
+    for number, index in assigned:
+        variable = plant.variables[number]
+        value = variable.values[index]
+        found[keys[number]] = str(value) if variable.kind in _KNOWN else value
     return found

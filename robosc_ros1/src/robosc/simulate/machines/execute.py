@@ -31,7 +31,7 @@ from robosc.runtime.core.settings import ParameterError, Settings, read
 from robosc.runtime.core.values import Undefined, in_range
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import machine
-from robosc.simulate.machines.generated import make_controller, restore, state_of_controller
+from robosc.simulate.machines.generated import controller_class, restore, state_of_controller
 from robosc.simulate.machines.state import SystemState
 from robosc.simulate.values.drawn_values import random_raw
 from robosc.simulate.values.event_data import Given, by_path, complete, hint
@@ -125,6 +125,7 @@ class Execution:
         outgoing = {e.key for e in self._inputs if e.kind is EventKind.RESPONSE}
         self._shared = [keys for keys in topics if outgoing.issuperset(keys)]
         self._past: list[_Step] = []
+        self._kind = controller_class(supervisor)
         self._begin()
 
     @property
@@ -184,7 +185,7 @@ class Execution:
     def _make(self) -> Engine[Any]:
         """The engine, with a clock and a controller in its initial state."""
         self._clock = Clockwork(self._check)
-        self._controller = make_controller(self.supervisor)
+        self._controller = self._kind()
         read_given(self._controller, self.plant)
         engine = controller_engine(self._controller, self._clock, self._settings, self._clock.now)
         engine.recorder.now = self._clock.now

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -17,14 +17,19 @@ from robosc.supervisor import Supervisor
 
 def make_controller(supervisor: Supervisor) -> Controller:
     """A controller in its initial state."""
+    return controller_class(supervisor)()
+
+
+def controller_class(supervisor: Supervisor) -> Callable[[], Controller]:
+    """What makes a controller in its initial state."""
     context = assembly.controller_context(supervisor, naming.file_of(supervisor.plant.robot.span))
     # In a package the runtime is a copy beside the controller; here it is robosc's own.
     context = replace(context, runtime="robosc.runtime")
     text = render("common/node/controller.py.jinja", context)
     namespace: dict[str, Any] = {"__name__": "controller"}
     exec(compile(text, "controller.py", "exec"), namespace)
-    controller: Controller = namespace[context.class_name]()
-    return controller
+    found: Callable[[], Controller] = namespace[context.class_name]
+    return found
 
 
 def restore(controller: Controller, plant: Plant, state: Mapping[str, Any]) -> list[str]:

@@ -27,7 +27,7 @@ from robosc.runtime.core.settings import Settings
 from robosc.runtime.judge import matching
 from robosc.runtime.judge.supervising import Supervising, SupervisorPort, supervisor_engine
 from robosc.simulate.faults import Refused
-from robosc.simulate.machines import execute, generated, machine
+from robosc.simulate.machines import execute, machine
 from robosc.simulate.values import event_data
 from robosc.simulate.values.drawn_values import random_raw
 from robosc.simulate.values.literals import Path
@@ -98,7 +98,7 @@ class SupervisedExecution(execute.Execution):
         commands = (e for e in self.plant.events if e.controllable and e.kind is EventKind.REQUEST)
         self._port = _Port({e.key: _blank(self.plant.robot, e) for e in commands})
         self._clock = self._port
-        self._controller = generated.make_controller(self.supervisor)
+        self._controller = self._kind()
         execute.read_given(self._controller, self.plant)
         engine = supervisor_engine(self._controller, self._port, self._settings, self._port.now)
         engine.recorder.now = self._port.now

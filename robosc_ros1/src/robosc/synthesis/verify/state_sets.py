@@ -9,7 +9,7 @@ gives the same sets.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
@@ -34,6 +34,8 @@ _FEW_ROWS: Final = 1 << 10  # above, operands are combined by value: sums have f
 
 _Row: TypeAlias = tuple[int, ...]
 """Values of some state variables."""
+Assigned: TypeAlias = tuple[tuple[int, int], ...]
+"""State variables, each with the index of its value."""
 _Effect: TypeAlias = tuple[int | None, ...]
 """The new values of the state variables that an event writes; None: unchanged."""
 
@@ -151,6 +153,22 @@ class StateSets:
 
     def count(self, states: Bdd) -> int:
         return self.manager.count(states, self.manager.variables // 2)
+
+    def values(self, states: Bdd, variables: Collection[int]) -> Iterator[Assigned]:
+        """Yield the values that variables have together in some of the states."""
+        others = (b for index in self._order if index not in variables for b in self._bits[index])
+        alone = self.manager.exists(states, self.manager.cube(others))
+        return self._values(alone, self._sorted(variables))
+
+    def _values(self, states: Bdd, variables: Sequence[int]) -> Iterator[Assigned]:
+        if not variables:
+            yield ()
+            return
+        first, *rest = variables
+        for value in range(self.plant.variables[first].size):
+            having = states & self._value(self._bits[first], value)
+            if having != self.false:
+                yield from (((first, value), *row) for row in self._values(having, rest))
 
     @property
     def most(self) -> int:

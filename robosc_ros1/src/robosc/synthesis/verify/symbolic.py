@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property, partial
+from itertools import islice
 from typing import Final, TypeAlias, TypeVar
 
 from robosc.errors import StateSpaceError
@@ -25,7 +26,7 @@ from robosc.progress import Progress
 from robosc.supervisor import Supervisor
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.verify.closures import Closure, place_of
-from robosc.synthesis.verify.state_sets import Relation, StateSets
+from robosc.synthesis.verify.state_sets import Assigned, Relation, StateSets
 from robosc.synthesis.verify.verify_report import (
     MISSING,
     Check,
@@ -57,6 +58,31 @@ def search_by_sets(supervisor: Supervisor, progress: Progress | None = None) -> 
 def plant_states(supervisor: Supervisor, progress: Progress | None = None) -> int:
     """Return how many states the plant reaches without requirements; raises the same."""
     return _proved(supervisor, progress, _Proof.plant_states)
+
+
+def reached_values(
+    supervisor: Supervisor, groups: Iterable[frozenset[int]], most: int
+) -> list[list[Assigned]]:
+    """Return, for each group of state variables, the values that they have together in some state
+    under the supervisor.
+
+    Raises:
+        StateSpaceError: as above, or the diagrams grow at all, or there are more than ``most``.
+    """
+    try:
+        proof = _Proof(supervisor, None, supervisor.opposite_order, _MANY_NODES)
+        reached = proof.reached_under_guards()
+        found = []
+        for group in groups:
+            found.append(list(islice(proof.sets.values(reached, group), most + 1)))
+            most -= len(found[-1])
+            if most < 0:
+                break
+        else:
+            return found
+    except (_TooManyNodesError, MemoryError):
+        pass
+    raise StateSpaceError("there are too many states to look at what they have in common")
 
 
 def _proved(
@@ -132,7 +158,7 @@ class _Proof:
             reached = self._closed(initial, kept, keeping, self._image)
         right = initial & ~kept == self.false and self._right(reached, kept)
         if not right:
-            reached = self._under_guards()
+            reached = self.reached_under_guards()
         return Findings(
             method="symbolic",
             keeps_initial=initial & ~kept == self.false,
@@ -249,7 +275,7 @@ class _Proof:
         ]
         return Closure(self.manager, arrows, self.tick).of(states & inside, inside)
 
-    def _under_guards(self) -> Bdd:
+    def reached_under_guards(self) -> Bdd:
         """Return what is reached under the guards; unsafe states are not left."""
         left = {number: guard & ~self.unsafe for number, guard in self.guards.items()}
         everywhere = self.manager.true

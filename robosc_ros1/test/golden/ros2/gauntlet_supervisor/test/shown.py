@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 103, 117, 40596
+SHOWN, CASES, INPUTS = 103, 117, 20522
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",
