@@ -27,9 +27,9 @@ import pytest
 __all__ = ["SIZES", "seconds_of_groups", "take"]
 
 SIZES = ("quick", "usual", "rest", "all")
-OF_ALL_CASES = 0.1
+OF_ALL_CASES = 0.03
 """Seconds of processor that a function may take in a quick run, or ..."""
-OF_ONE_CASE = 0.3
+OF_ONE_CASE = 0.1
 """... those of its only case there."""
 SIDES = {"ros1", "ros2"}
 

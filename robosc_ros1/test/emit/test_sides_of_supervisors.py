@@ -21,7 +21,7 @@ NAMES = ("scan", "odom", "vel", "horn", "lamp", "door", "go", "order")
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory: pytest.TempPathFactory) -> Any:
     folder = tmp_path_factory.mktemp("package")
-    write(package_of("gauntlet", mode="supervisor"), folder)
+    write(package_of("gauntlet", mode="supervisor", tested=False), folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(folder / "gauntlet_supervisor" / "src"))
         module: Any = import_module("gauntlet_supervisor.supervisor_tables")

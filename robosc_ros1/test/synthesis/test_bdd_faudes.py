@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 import families
 import pytest
 import steep_families
@@ -11,7 +13,9 @@ from synthesis.plants import plant_of
 from robosc.synthesis import synthesize
 from robosc.synthesis.bdd.manager import available
 
-pytest.importorskip("faudes", reason="the comparison needs the Python package faudes")
+pytestmark = pytest.mark.skipif(
+    find_spec("faudes") is None, reason="the comparison needs the Python package faudes"
+)
 
 ENGINES = ["explicit", "bdd"] if available() else ["explicit"]
 

@@ -25,12 +25,12 @@ from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
-BUDGET, LEAST = 20000, 60
+BUDGET, LEAST = 15000, 60
 """The most inputs that are tried, and the least, however large a model is."""
 PATIENCE, SHORT = 5000, 500
 """So many inputs are tried after three times those that it took to show the last that is new: where
 cases are left, and where none is, since what is no case may find a fault, too."""
-LARGE = 300
+LARGE = 600
 """So many cases a model may have before less is tried: more cases take longer for each input."""
 USUAL, TRIES = 8, 80
 """So many samples of an event are tried in each node, and more where there are few events; the
@@ -101,6 +101,8 @@ class InputGraph:
                 for value in (True, False):
                     near.setdefault((*case[:-2], value, ""), set()).add(case)
         self._near = {case: frozenset(others) for case, others in near.items()}
+        self._refined: set[tuple[Case, int]] = set()
+        """Those near which an event was tried."""
         robot = steps.robot
         self._finite = [k for k, v in robot.variables.items() if domain(v.type) is not None]
         self._infinite = [k for k in robot.variables if k not in self._finite]
@@ -314,7 +316,9 @@ class InputGraph:
             if new:
                 self._last = self.tried
             self.seen |= cases
-            if any(self._near.get(case, frozenset()) - self.seen for case in new):
+            decided = {(case, step.number) for case in cases & self._near.keys()} - self._refined
+            if any(self._near[case] - self.seen for case, _ in decided):
+                self._refined |= decided
                 self._promising.append((node, step, sample))
 
     def taken(

@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 103, 117, 20522
+SHOWN, CASES, INPUTS = 103, 117, 15580
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",
