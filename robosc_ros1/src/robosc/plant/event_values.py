@@ -45,7 +45,7 @@ def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], types
     for edge in (edge for automaton in automata for edge in automaton.edges):
         readers += (assignment.value for assignment in edge.assignments)
         readers += [exact(edge.guard)] if edge.guard is not None else []
-    if event.kind is EventKind.RESPONSE:
+    if event.kind is EventKind.RESPONSE and robot.communications[event.key].expect is not None:
         for transition in (t for component in robot.components for t in component.transitions):
             if (transition.event, transition.communication) == (EventKind.ERROR, event.key):
                 readers += (assignment.value for assignment in transition.assignments)
