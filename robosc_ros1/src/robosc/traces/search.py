@@ -30,7 +30,7 @@ BUDGET, LEAST = 15000, 60
 PATIENCE, SHORT = 5000, 500
 """So many inputs are tried after three times those that it took to show the last that is new: where
 cases are left, and where none is, since what is no case may find a fault, too."""
-LARGE = 600
+LARGE = 800
 """So many cases a model may have before less is tried: more cases take longer for each input."""
 USUAL, TRIES = 8, 80
 """So many samples of an event are tried in each node, and more where there are few events; the
