@@ -23,6 +23,7 @@ from robosc.runtime.core.places import told_with_stage
 from robosc.runtime.core.shortening import shortened_text
 from robosc.runtime.core.values import Undefined
 from robosc.simulate.machines.machine import label
+from robosc.traces.data_pieces import pieces_of
 from robosc.traces.deciding_atoms import Atom, DecidedCondition, filtered_in
 from robosc.traces.exact_steps import (
     NOTHING,
@@ -108,6 +109,10 @@ class Coverage:
         self._provides = {
             step.number: [(p, self._condition(p.condition or TRUE)) for _, p, _ in step.provides]
             for step in steps.commands
+        }
+        self._pieces = {
+            number: [pieces_of(p.data, self._text) for p, _ in given]
+            for number, given in self._provides.items()
         }
         self._by_data = {rule.step.number for rule in self.rules if steps.reads_data(rule.step)}
         self.rules_by_number = {rule.step.number: rule for rule in self.rules}
@@ -198,6 +203,9 @@ class Coverage:
             yield ("provided", number, index), f"{where} gives its data"
             for outcome, text in _outcomes(condition):
                 yield ("provide", number, index, *outcome), f"{where}: {text} alone decides"
+            for piece, found in enumerate(self._pieces[number][index]):
+                for way, text in enumerate(found.texts):
+                    yield ("piece", number, index, piece, way), f"{where}: {text} decides its data"
 
     def _of_partner(self, step: ExactStep, partner: Partner) -> Iterator[tuple[Case, str]]:
         name = label(step.event)
@@ -455,6 +463,8 @@ class Coverage:
             yield from (("provide", *case, *one) for some in values.values() for one in some)
             if True in values:
                 yield "provided", *case
+                for piece, found in enumerate(self._pieces[step.number][index]):
+                    yield from (("piece", *case, piece, way) for way in found.deciding(state))
             if False not in values:
                 return
 
@@ -480,7 +490,13 @@ class Coverage:
 
             return outcome
 
-        return Results((of(atom), atom.reads) for c in conditions for atom in c.outer)
+        pieces = [p for several in self._pieces.values() for some in several for p in some]
+        return Results(
+            [
+                *((of(atom), atom.reads) for c in conditions for atom in c.outer),
+                *((piece.deciding, piece.reads) for piece in pieces),
+            ]
+        )
 
 
 def through(step: ExactStep, before: State, after: State) -> set[Case]:

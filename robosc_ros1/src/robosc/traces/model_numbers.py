@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 from robosc.expr.traversal import walk
 from robosc.expr.tree import (
     Binary,
+    Call,
     Convert,
     Expr,
     Literal,
@@ -22,6 +24,10 @@ from robosc.language.events import EventKind
 from robosc.model.entities import Robot, data_expressions
 from robosc.plant.automaton import Event
 from robosc.plant.logic import exact
+
+
+_ASKED = {"isnan": math.nan, "isinf": math.inf}
+"""What is asked for by functions."""
 
 
 def constants(expr: Expr) -> Iterator[Any]:
@@ -39,6 +45,8 @@ def constants(expr: Expr) -> Iterator[Any]:
             yield -negative
         elif isinstance(part, ParameterRef):
             yield part.parameter.default
+        elif isinstance(part, Call) and part.operator in _ASKED:
+            yield _ASKED[part.operator]
         elif isinstance(part, Convert):
             for rule in part.type.rules:
                 yield from constants(condition_of(rule))
@@ -117,9 +125,15 @@ def enums(type_: Type, path: tuple[Any, ...]) -> Iterator[tuple[EnumType, tuple[
 
 
 def comparisons(expr: Expr) -> Iterator[Expr]:
-    """The comparisons in an expression; itself if there are none."""
-    found = [p for p in walk(expr) if isinstance(p, Binary) and p.operation.is_comparison]
-    yield from found or (expr,)
+    """The comparisons in an expression, and what asks for a kind of number; itself if there are
+    none."""
+
+    def compares(part: Expr) -> bool:
+        if isinstance(part, Call):
+            return part.operator in _ASKED
+        return isinstance(part, Binary) and part.operation.is_comparison
+
+    yield from list(filter(compares, walk(expr))) or (expr,)
 
 
 def origins(robot: Robot, events: Iterable[Event]) -> dict[Any, frozenset[Any]]:

@@ -287,7 +287,8 @@ class Samples:
         far += [(a + b) / 2 for a, b in pairwise(finite)]
         near = [v + sign * NEAR * max(1.0, abs(v)) for v in finite for sign in (0, -1, 1)]
         rest = sorted(more | {-v for v in finite} | {0.0})
-        yield from map(_rounded, dict.fromkeys([*far, *near, *rest]))
+        asked = [v for v in found if not math.isfinite(v)]
+        yield from map(_rounded, dict.fromkeys([*asked, *far, *near, *rest, math.nan]))
 
     def _integers(
         self, event: Event, path: tuple[Any, ...], bounds: tuple[int, int] | None

@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 103, 117, 15580
+SHOWN, CASES, INPUTS = 103, 117, 15582
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",
