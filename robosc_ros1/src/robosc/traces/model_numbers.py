@@ -25,7 +25,6 @@ from robosc.model.entities import Robot, data_expressions
 from robosc.plant.automaton import Event
 from robosc.plant.logic import exact
 
-
 _ASKED = {"isnan": math.nan, "isinf": math.inf}
 """What is asked for by functions."""
 
