@@ -379,6 +379,23 @@ def test_another_clock_starts_all_anew() -> None:
     assert bench.wait(1.0)[0] == "500 timeout scan"
 
 
+@pytest.mark.parametrize("replaced", [True, False])
+def test_silence_is_noticed_however_often_all_starts_anew(replaced: bool) -> None:
+    """Somebody sets use_sim_time to and fro, or ROS time goes back further each time."""
+    bench = Bench()
+    bench.hear()
+    for _ in range(3):
+        assert bench.wait(0.2) == []
+        if replaced:
+            bench.engine.restart_clocks("replaced")
+        else:
+            bench.port.time -= 50.0
+    (told,) = bench.wait(0.4)
+    assert 100 <= int(told.split()[0]) <= 103, "a millisecond of each change is lost"
+    bench.hear()
+    assert bench.wait(0.2) == []
+
+
 class TwinController(WatchController):
     """Two transitions are due at once; the first one enters its state anew."""
 

@@ -289,6 +289,23 @@ def test_an_end_whose_result_was_not_recorded(bench: Bench, ended: int) -> None:
     assert bench.controller.arm_busy and bench.found() == []
 
 
+@pytest.mark.parametrize(("ended", "kind"), [(3, "response"), (4, "error"), (8, "error")])
+def test_the_next_goal_follows_an_end_whose_result_was_not_recorded(
+    bench: Bench, ended: int, kind: str
+) -> None:
+    """Who records is connected to a server that starts after who sends the goals."""
+    action = SeenAction(bench.monitor.role, ARM).handlers
+    bench.hear(BLOCKED)
+    action["/goal"](goal(1))
+    action["/status"](status(1, (1, ended)))
+    action["/goal"](goal(2))
+    action["/result"](result(1, ended))  # comes late
+    bench.monitor.cycle()
+    bench.wait(TOLERANCE)
+    assert bench.controller.arm_busy and bench.found() == []
+    assert [told[0] for told in bench.told if told[1] == "reach"] == ["request", kind, "request"]
+
+
 def listed(*goals: tuple[int, int]) -> Any:
     """A status of ROS 2: goals, by number, with the status of each."""
     infos = (SimpleNamespace(goal_id=SimpleNamespace(uuid=[n] * 16)) for n, _ in goals)

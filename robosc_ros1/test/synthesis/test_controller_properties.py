@@ -19,6 +19,7 @@ from robosc.synthesis import compiled_steps, compute, synthesize
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.run_to_completion import SymbolicController
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
+from robosc.synthesis.controlled_system import Runs
 from robosc.synthesis.explain import properties as explain_properties
 
 CONTROL = ("livelock", "order-matters", "blocking-under-control")
@@ -427,21 +428,63 @@ def test_fleets_set_by_set(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.diagnostics == expected.diagnostics
 
 
+def _runs(text: str) -> Runs:
+    return SymbolicController(SymbolicEngine(plant_of(text)).solve()).runs()
+
+
 @pytest.mark.usefixtures("symbolic")
 @pytest.mark.parametrize("family", ["battery_swaps", "two_tools_each"])
-def test_fleets_take_a_few_rounds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only steps with internal transitions are followed step by step, not all from state to state."""
-    rounds: list[Bdd] = []
+def test_fleets_take_as_many_rounds_as_one_robot(
+    family: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where internal transitions of robots do not touch each other, other robots go on meanwhile;
+    and what the controller comes to is not looked for where nothing fails."""
+    rounds = 0
 
-    def counted(self: SymbolicController, starts: Bdd) -> Bdd:
-        rounds.append(starts)
-        return completed(self, starts)
+    def counted(self: SymbolicController, states: Bdd) -> Bdd:
+        nonlocal rounds
+        rounds += 1
+        return leading(self, states)
 
-    completed = SymbolicController._completed
-    monkeypatch.setattr(SymbolicController, "_completed", counted)
-    plant = plant_of(getattr(steep_families, family)(5))
-    SymbolicController(SymbolicEngine(plant).solve()).runs()
-    assert 2 <= len(rounds) <= 10
+    leading = SymbolicController._leading
+    monkeypatch.setattr(SymbolicController, "_leading", counted)
+    monkeypatch.delattr(SymbolicController, "_starts")
+    needed = []
+    for n in (3, 6):
+        _runs(getattr(steep_families, family)(n))
+        needed.append(rounds)
+    assert needed[1] == 2 * needed[0]
+
+
+YIELDING = """robot R {
+  component A {
+    outgoing message m with type: none
+    incoming message away with type: none
+    behaviour {
+      initial marked state here { on response from m goto there }
+      state there { on request to away goto here }
+    }
+  }
+  component B {
+    outgoing message m2 with type: none
+    incoming message first with type: none
+    behaviour {
+      initial marked state p { on request to first goto q }
+      marked state q { on response from m2 goto r }
+      marked state r { transition goto p }
+    }
+  }
+  prefer first over away
+}
+"""
+
+
+@pytest.mark.usefixtures("symbolic")
+def test_a_command_that_yields_is_sent_at_rest() -> None:
+    """Nothing but it marks its component again, while another one has an internal transition."""
+    assert _runs(YIELDING).stuck is None
+    always = YIELDING.replace("on request to first goto q", "on request to first goto p")
+    assert _runs(always).stuck is not None
 
 
 @pytest.mark.usefixtures("in_one_piece")

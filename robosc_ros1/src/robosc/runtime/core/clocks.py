@@ -4,7 +4,8 @@
 The time of the model's clocks is that of the port's clock without its steps back: it stops while
 simulated ROS time stops, and a step back by less than the longest delay changes nothing of what is
 left of each delay.
-All clocks restart when ROS time starts or jumps back further, as when a recording is played again.
+All clocks restart when ROS time starts or jumps back further, as when a recording is played again;
+a timeout does so only once until its message comes again.
 Until ROS time starts, and once it has stood still for :data:`STANDSTILL`, timeouts follow the clock
 of the machine, so that no message stays fresh for ever where nobody publishes ``/clock``, or no
 longer; delays begin when it starts, and stand still with it.
@@ -41,9 +42,9 @@ machine seldom takes as long for a step."""
 
 class Watch:
     """The clock for the timeout of a message, with its ``deadline`` (None: it is not running) and
-    its ``rank`` among those due at one time."""
+    its ``rank`` among those due at one time; whether it has begun anew since its message came."""
 
-    __slots__ = ("deadline", "delay", "heard", "key", "planned", "rank")
+    __slots__ = ("deadline", "delay", "heard", "key", "planned", "rank", "renewed")
 
     def __init__(self, key: str, delay: float, rank: int) -> None:
         self.key = key
@@ -51,6 +52,7 @@ class Watch:
         self.deadline: float | None = None
         self.planned: float | None = None  # its time in the heap
         self.heard = 0.0  # the time of the machine when a message came last
+        self.renewed = False
 
 
 class Timer:
@@ -200,7 +202,7 @@ class Clocks:
         for key in keys:
             watch = self._watches.get(key)
             if watch is not None:
-                watch.heard = machine
+                watch.heard, watch.renewed = machine, False
                 watch.deadline = now if arrival is None else time + watch.delay
                 self.plan(watch)
 
@@ -304,10 +306,14 @@ class Clocks:
         return [*self._watches.values(), *self._timers]
 
     def _restart_all(self, time: float) -> None:
+        """Restart all running clocks; a timeout only once until its message comes again, so that
+        no number of changes keeps a silence from being noticed."""
         for clock in self._all():
-            if clock.deadline is not None:
+            if clock.deadline is not None and not getattr(clock, "renewed", False):
                 clock.deadline = time + clock.delay
                 self.plan(clock)
+        for watch in self._watches.values():
+            watch.renewed = True
 
     def _restart(self, timer: Timer, time: float) -> None:
         timer.entries = self._state[timer.row.entries]

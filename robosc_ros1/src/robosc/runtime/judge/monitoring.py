@@ -112,6 +112,11 @@ class Monitoring:
         """Whether a goal of an action may replace the one that is busy."""
         return bool(self._parts.communications[key].goals)
 
+    def reads(self, key: str, kind: str) -> bool:
+        """Whether something decides on what an answer brings."""
+        entry = self._parts.inputs[key, kind]
+        return entry.read is not None or entry.expects is not None
+
     @property
     def unjudged(self) -> list[tuple[str, str]]:
         """The commands, by key and kind, that are not judged."""

@@ -60,7 +60,7 @@ class SeenAction:
         self._replaced: dict[str, float] = {}
         self._kept: End | None = None  # that of the latest goal, while these go on
         self._early: deque[tuple[Handler, Any]] = deque(maxlen=_EARLY)
-        self._ended = 0.0  # when the server told first how the goal ended
+        self._ended, self._told = 0.0, 0  # when the server told first how the goal ended, and how
         self._is_listed = False  # the server has told of the goal
         self._awaits_end = False  # also of a goal that was cancelled
         self.handlers: dict[str, Handler] = {
@@ -72,6 +72,7 @@ class SeenAction:
         }
 
     def _goal(self, message: Any) -> None:
+        self._end_as_told()
         self._before = self._id if self._going_on else ""
         self._unended = self._id if self._awaits_end else ""
         if self._replaces and self._unended:
@@ -110,14 +111,7 @@ class SeenAction:
             self._end_kept()
         if not self._is_known(message, self._result):
             return
-        status = message.status.status
-        if status == _SUCCEEDED:
-            self._answer(message, "response", message.result)
-        else:
-            reason = _FAILURES.get(status, "ended without result")
-            result = message.result if status in _WITH_RESULT else None
-            kind = "cancelled" if status in _CANCELLED else "error"
-            self._answer(message, kind, Failure(reason, result, _WORDS.get(status, FAILED)))
+        self._answer(message, *_end_of(message.status.status, message.result))
 
     def _look(self, message: Any) -> None:
         """Notice that a server forgot the goal, or that it told the end, but no result came."""
@@ -132,7 +126,7 @@ class SeenAction:
         if not found:
             self._lose("error", "lost by the server", LOST)
         elif found[0] in _ENDS:
-            self._ended = self._ended or now
+            self._ended, self._told = self._ended or now, found[0]
             if now - self._ended >= _LATE:
                 kind = "cancelled" if found[0] in _CANCELLED else "error"
                 self._lose(kind, "no result came", _WORDS.get(found[0], FAILED))
@@ -146,6 +140,14 @@ class SeenAction:
             if status in _ENDS or (missing and status is None and now - missing >= _LATE):
                 del self._replaced[goal]
         self._end_kept()
+
+    def _end_as_told(self) -> None:
+        """Take the end of the latest goal from the status, where the result is not read: who sends
+        the next one has got it, though it may not have come here."""
+        if self._ended and self._awaits_end and not self._replaces:
+            kind, payload = _end_of(self._told, None)
+            if not self._monitoring.reads(self._key, kind):
+                self._end(kind, payload)
 
     def _lose(self, kind: str, reason: str, word: str) -> None:
         self._end(kind, Failure(reason, None, word))
@@ -178,6 +180,16 @@ class SeenAction:
         if kind != "feedback":
             self._before = self._unended = ""
         self._monitoring.answer(self._key, kind, payload, former)
+
+
+def _end_of(status: int, result: Any) -> End:
+    """Return what a goal ends with that has this status."""
+    if status == _SUCCEEDED:
+        return "response", result
+    reason = _FAILURES.get(status, "ended without result")
+    kind = "cancelled" if status in _CANCELLED else "error"
+    result = result if status in _WITH_RESULT else None
+    return kind, Failure(reason, result, _WORDS.get(status, FAILED))
 
 
 class SeenActionOfRos2:

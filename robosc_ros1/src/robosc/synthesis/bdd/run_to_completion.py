@@ -8,11 +8,14 @@ none is possible. A round is a function on states with images and preimages, so 
 - its end depends on the order if, for some state variable that internal transitions change, either
   of two values can be the last one;
 - the states from which a marked state at rest is reachable are found backward from those.
+
+All of that is asked first of every state under the supervisor, for those that the controller comes
+to can have far larger diagrams; these are looked for only where something fails.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TypeAlias
@@ -20,6 +23,7 @@ from typing import TypeAlias
 from robosc import limits
 from robosc.language.events import EventKind
 from robosc.plant.automaton import Event, PlantState
+from robosc.synthesis.bdd.commuting import TauGroups
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
 from robosc.synthesis.bdd.saturation import Saturation
@@ -27,14 +31,6 @@ from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.controlled_system import Runs, inputs
 
 _Steps: TypeAlias = tuple[tuple[Disjunct, ...], ...]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _TauMove:
-    """A disjunct of an internal transition under the supervisor, and where it is taken."""
-
-    disjunct: Disjunct
-    before: Bdd
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,7 +49,8 @@ class _Reached:
 class SymbolicController:
     """The controller of a solution that is not empty.
 
-    Methods raise MemoryError if they need too many diagram nodes.
+    Relations of events read only what these read: images have to be intersected with what the
+    supervisor allows. Methods raise MemoryError if they need too many diagram nodes.
     """
 
     def __init__(self, solution: SymbolicSolution) -> None:
@@ -69,48 +66,52 @@ class SymbolicController:
             for event in self.engine.events
             if self.plant.events[event.number].controllable
         }
-        moves = [self._moves(event, enabled) for event in self._taus_of_plant()]
-        self._taus = [several for several in moves if several]
-        self._moving = self.manager.union(move.before for tau in self._taus for move in tau)
+        self._taus = TauGroups(solution)
+        self._moving = self._taus.moving
+        self._at_rest = self.states & ~self._moving
         self._inputs = {
             numbers[0]: self._steps([self.engine.events[n] for n in numbers], enabled)
             for numbers in inputs(self.plant)
         }
         # Most steps lead from rest to rest, and are followed by saturation: two_tools_each 12.
-        direct = [s for steps in self._inputs.values() if len(steps) == 1 for s in steps]
+        direct = [steps[0] for steps in self._inputs.values() if len(steps) == 1]
         image, preimage = self.engine.relations.image, self.engine.relations.preimage
-        self._forward, self._back = (
-            Saturation(self.manager, direct, step, lambda *_: self._limit())
-            for step in (image, preimage)
-        )
-        self._starts, self._rests = self._run()
+        self._forward = self._saturation(direct, image)
+        self._back = self._saturation(direct, preimage)
+        own = [[move.disjunct for move in tau.moves] for tau in self._taus.all]
+        self._back_internally = self._saturation(own, preimage)
+        self._back_freely = self._saturation([*own, *self._free_steps()], preimage)
+        found = [self._after(steps, self._at_rest) for steps in self._inputs.values()]
+        self._possible = self.manager.union([self.encoding.initial, *found])
+        """Where steps start that begin in any state at rest, reached or not."""
 
     def runs(self) -> Runs:
         """Return what fails of the controller's run to completion."""
-        ending = self._leading(self.states & ~self._moving)
-        livelock = self._starts & ~ending
+        livelock = self._chain(self._possible & ~self._ending)
         return Runs(
-            livelock=self._chain(livelock),
+            livelock=livelock,
             differing=self._differing(),
-            stuck=self._chain(self._leading(self._rests & ~self._reaching())),
-            longest=None if livelock != self._false else self._longest(),
+            stuck=self._chain(self._leading(self._at_rest & ~self._reaching())),
+            longest=None if livelock is not None else self._longest(),
             missed=self._missed(),
         )
 
+    @cached_property
+    def _ending(self) -> Bdd:
+        """From where a run to completion ends."""
+        return self._leading(self._at_rest)
+
+    @property
+    def _any_order(self) -> bool:
+        """Whether internal transitions end in the same state in any order, from all states."""
+        return self._taus.commute and self._ending == self.states
+
     # --- events and rounds
 
-    def _taus_of_plant(self) -> list[EventRelation]:
-        events = self.plant.events
-        return [e for e in self.engine.events if events[e.number].kind is EventKind.TAU]
-
-    def _moves(self, event: EventRelation, enabled: dict[int, Bdd]) -> list[_TauMove]:
-        moves = []
-        for disjunct in event.disjuncts:
-            if not disjunct.stays:  # the controller does not take what changes nothing
-                relation = disjunct.relation & enabled[event.number]
-                before = self.manager.exists(relation, disjunct.after)
-                moves.append(_TauMove(replace(disjunct, relation=relation), before))
-        return [move for move in moves if move.before != self._false]
+    def _saturation(
+        self, disjuncts: Sequence[Sequence[Disjunct]], step: Callable[[Disjunct, Bdd], Bdd]
+    ) -> Saturation:
+        return Saturation(self.manager, disjuncts, step, lambda *_: self._limit())
 
     def _steps(self, events: Sequence[EventRelation], enabled: dict[int, Bdd]) -> _Steps:
         """Return the events of one input, one after the other.
@@ -120,15 +121,28 @@ class SymbolicController:
         """
         steps: list[tuple[Disjunct, ...]] = []
         for event in events:
-            here = self.states if steps else self._at_rest(event, enabled)
-            disjuncts = (d for d in event.disjuncts if len(events) > 1 or not d.stays)
-            step = tuple(replace(d, relation=d.relation & here) for d in disjuncts)
-            if step:
-                steps.append(step)
+            disjuncts = [
+                d for d in self.engine.permitted[event.number] if len(events) > 1 or not d.stays
+            ]
+            if not steps:
+                here = self._unless_preferred(event, enabled)
+                disjuncts = [replace(d, relation=d.relation & here) for d in disjuncts]
+            if disjuncts:
+                steps.append(tuple(disjuncts))
         return tuple(steps)
 
-    def _at_rest(self, event: EventRelation, enabled: dict[int, Bdd]) -> Bdd:
-        here = self.states & ~self._moving & enabled.get(event.number, self.manager.true)
+    def _free_steps(self) -> Iterator[Sequence[Disjunct]]:
+        """Yield inputs where internal transitions that they touch are not possible, and others may
+        be; those that yield to others only at rest."""
+        for number, steps in self._inputs.items():
+            if len(steps) == 1:
+                event = self.engine.events[number]
+                yields = self.plant.robot.yields_to.get(self.plant.events[number].command)
+                before = self._moving if yields else self._taus.concerned(event)
+                yield [replace(d, relation=d.relation & ~before) for d in steps[0]]
+
+    def _unless_preferred(self, event: EventRelation, enabled: dict[int, Bdd]) -> Bdd:
+        here = self.manager.true
         taken = self.plant.events[event.number]
         if taken.kind.sent:
             preferred = self.plant.robot.yields_to.get(taken.command, ())
@@ -144,41 +158,41 @@ class SymbolicController:
             return self._false
         return self.encoding.holds(self.plant.variables[phase.variable].phase(phase.target))
 
+    def _image(self, disjunct: Disjunct, states: Bdd) -> Bdd:
+        return self.engine.relations.image(disjunct, states) & self.states
+
+    def _preimage(self, disjunct: Disjunct, states: Bdd) -> Bdd:
+        return self.engine.relations.preimage(disjunct, states) & self.states
+
     def _after(self, steps: _Steps, states: Bdd) -> Bdd:
         """Return the image of an input; an event that changes nothing leads nowhere."""
-        relations = self.engine.relations
         for step in steps:
-            states = self.manager.union(relations.image(disjunct, states) for disjunct in step)
+            states = self.manager.union(self._image(disjunct, states) for disjunct in step)
         return states if steps else self._false
 
     def _before(self, steps: _Steps, states: Bdd) -> Bdd:
-        relations = self.engine.relations
         for step in reversed(steps):
-            states = self.manager.union(relations.preimage(disjunct, states) for disjunct in step)
+            states = self.manager.union(self._preimage(disjunct, states) for disjunct in step)
         return states if steps else self._false
 
     def _round(self, states: Bdd) -> Bdd:
         """Return the image of one round of internal transitions, each tried once."""
-        for tau in self._taus:
-            left = states
+        for tau in self._taus.all:
             moved = []
-            for move in tau:
-                moved.append(self.engine.relations.image(move.disjunct, states))
-                left = left & ~move.before
-            states = self.manager.union([left, *moved])
+            for move in tau.moves:
+                moved.append(self._image(move.disjunct, states))
+            states = self.manager.union([states & ~tau.before, *moved])
         return states
 
     def _before_round(self, states: Bdd, way: tuple[Bdd, Bdd] | None = None) -> Bdd:
         """Return the preimage of one round of internal transitions; with a ``way``, of one that
         comes through the first set, or to ``states`` through the second one only."""
-        for tau in reversed(self._taus):
-            left = states
+        for tau in reversed(self._taus.all):
             entered = states if way is None else way[0] | (states & way[1])
             came = []
-            for move in tau:
-                came.append(self.engine.relations.preimage(move.disjunct, entered))
-                left = left & ~move.before
-            states = self.manager.union([left, *came])
+            for move in tau.moves:
+                came.append(self._preimage(move.disjunct, entered))
+            states = self.manager.union([states & ~tau.before, *came])
         return states
 
     def _completed(self, starts: Bdd) -> Bdd:
@@ -193,9 +207,7 @@ class SymbolicController:
 
     def _leading(self, states: Bdd) -> Bdd:
         """Return the states from which a step passes through ``states``, those included."""
-        return self._closure(
-            states, lambda found: found | (self._before_round(found) & self.states)
-        )
+        return self._closure(states, lambda found: found | self._before_round(found))
 
     def _closure(self, states: Bdd, step: Callable[[Bdd], Bdd]) -> Bdd:
         while True:
@@ -206,23 +218,26 @@ class SymbolicController:
 
     def _limit(self) -> None:
         self.manager.make_room()
-        work = self._forward.work + self._back.work
+        work = sum(
+            each.work
+            for each in (self._forward, self._back, self._back_internally, self._back_freely)
+        )
         if self.manager.nodes > self._most or work > limits.COMPLETION_PARTS:
             raise MemoryError
 
     # --- from rest to rest
 
-    def _run(self) -> tuple[Bdd, Bdd]:
-        """Return all starts of steps, and all states at rest, that the controller reaches."""
-        at_rest = self.states & ~self._moving
+    @cached_property
+    def _starts(self) -> Bdd:
+        """All starts of steps that the controller reaches."""
         starts = new = self.encoding.initial
         rests = self._false
         while new != self._false:
-            before, rests = rests, self._forward.of(rests | self._completed(new), at_rest)
+            before, rests = rests, self._forward.of(rests | self._completed(new), self._at_rest)
             found = [self._after(steps, rests & ~before) for steps in self._inputs.values()]
             new = self.manager.union(found) & ~starts
             starts = starts | new
-        return starts, rests
+        return starts
 
     @cached_property
     def _reached(self) -> list[_Reached]:
@@ -245,7 +260,7 @@ class SymbolicController:
 
     def _reaching(self) -> Bdd:
         """Return the states at rest from which a marked one at rest can be reached."""
-        return self._backward(self._rests & self.encoding.marked, self._rests, self._leading)
+        return self._backward(self._at_rest & self.encoding.marked, self._at_rest, self._leading)
 
     def _backward(self, rests: Bdd, within: Bdd, leading: Callable[[Bdd], Bdd]) -> Bdd:
         """Return ``rests`` and the states at rest ``within`` from which steps lead there.
@@ -258,9 +273,16 @@ class SymbolicController:
             for steps in self._inputs.values():
                 targets = into & ~found if len(steps) == 1 else into
                 found = found | (self._before(steps, targets) & within)
-            return self._back.of(found, within)
+            return self._directly_before(found, within)
 
-        return self._closure(self._back.of(rests, within), step)
+        return self._closure(self._directly_before(rests, within), step)
+
+    def _directly_before(self, rests: Bdd, within: Bdd) -> Bdd:
+        """Return ``rests`` and states at rest ``within`` from which steps lead there: at least all
+        those from which steps without internal transitions do."""
+        if within == self._at_rest and self._any_order:
+            return self._back_freely.of(rests, self.states) & within
+        return self._back.of(rests, within)
 
     def _missed(self) -> tuple[tuple[PlantState, ...], int] | None:
         """Return the chain to a step that ends where something must remain possible and is not."""
@@ -269,8 +291,8 @@ class SymbolicController:
             there = there & self.states
 
             way = partial(self._on_the_way, there=there, along=along)
-            reaching = self._backward(self._rests & there, self._rests & along, way)
-            chain = self._chain(self._leading(self._rests & origin & ~reaching))
+            reaching = self._backward(self._at_rest & there, self._at_rest & along, way)
+            chain = self._chain(self._leading(self._at_rest & origin & ~reaching))
             if chain is not None:
                 return chain, number
         return None
@@ -280,54 +302,48 @@ class SymbolicController:
         until then through states ``along`` only, be it within a round."""
         return self._closure(
             there | rests,
-            lambda found: found | (self._before_round(found, (there, along)) & self.states & along),
+            lambda found: found | (self._before_round(found, (there, along)) & along),
         )
 
     def _longest(self) -> int:
-        """Return a bound on the internal transitions of a step: rounds times transitions."""
-        rounds, left = 0, self._starts & self._moving
+        """Return a bound on the internal transitions of a step, if it ends: rounds times them."""
+        rounds, left = 0, self._possible & self._moving & self._ending
         while left != self._false:
             left = self._round(left) & self._moving
             rounds += 1
             self._limit()
-        return rounds * len(self._taus)
+        return rounds * len(self._taus.all)
 
     # --- any order
 
     def _differing(self) -> tuple[tuple[PlantState, ...], PlantState, PlantState] | None:
         """Return the chain to a step that can end in two states, and both, if there is one."""
-        ends = self.states & ~self._moving
-        written = {variable for event in self._taus_of_plant() for variable in event.writes}
-        for variable in sorted(written):
+        for variable in sorted(self._taus.undecided()):
             seen = self._false
             for index in range(self.plant.variables[variable].size):
                 here = self.encoding.value(variable, index)
-                to = self._closure(ends & here, self._any_before)
-                chain = self._chain(to & seen & self._starts)
+                to = self._back_internally.of(self._at_rest & here, self.states)
+                chain = self._chain(to & seen)
                 if chain is not None:
-                    found = self._closure(self.encoding.state(chain[-1]), self._any_after) & ends
+                    start = self.encoding.state(chain[-1])
+                    found = self._closure(start, self._any_after) & self._at_rest
                     least = self.encoding.least
                     return chain, least(found & ~here), least(found & here)
                 seen = seen | to
         return None
 
-    def _any_before(self, states: Bdd) -> Bdd:
-        for tau in self._taus:
-            for move in tau:
-                states = states | self.engine.relations.preimage(move.disjunct, states)
-        return states
-
     def _any_after(self, states: Bdd) -> Bdd:
-        for tau in self._taus:
-            for move in tau:
-                states = states | self.engine.relations.image(move.disjunct, states)
+        for tau in self._taus.all:
+            for move in tau.moves:
+                states = states | self._image(move.disjunct, states)
         return states
 
     # --- chains
 
     def _chain(self, starts: Bdd) -> tuple[PlantState, ...] | None:
         """Return a chain (:class:`Runs`) to one of ``starts``; None if none is reached."""
-        if starts & self._starts == self._false:
+        starts = starts & self._possible
+        if starts == self._false or starts & self._starts == self._false:
             return None
         for place, reached in enumerate(self._reached):
             if reached.starts & starts != self._false:

@@ -281,6 +281,12 @@ class SymbolicEngine:
         """Per event its transitions in the plant under its requirements."""
         return self._required
 
+    @property
+    def permitted(self) -> tuple[Sequence[Disjunct], ...]:
+        """Per event its transitions under the supervisor, once there is one, where they lead to
+        controlled states."""
+        return self._permitted
+
     def unsafe(self) -> Bdd:
         """Return the states that violate a state requirement or leave a range, reachable or not."""
         found = [self.leaving_range()]
