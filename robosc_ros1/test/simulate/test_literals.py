@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -63,6 +65,13 @@ def test_what_is_read(text: str, value: Raw) -> None:
 def test_what_is_not_read(text: str) -> None:
     with pytest.raises(InvalidLine):
         parse_raw(text)
+
+
+def test_numbers_in_arrays_are_no_texts() -> None:
+    """A package's own reader takes what stands in quotes for text."""
+    value = [1.0, math.inf, {"a": -math.inf}, math.nan, "NaN"]
+    assert literal_text(value) == '[1.0, Infinity, {"a": -Infinity}, NaN, "NaN"]'
+    assert repr(parse_raw(literal_text(value))) == repr(value)
 
 
 @settings(max_examples=100)

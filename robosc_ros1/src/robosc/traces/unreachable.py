@@ -8,6 +8,8 @@ is enough what those variables are together that its cases read.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, VariableKind
 from robosc.synthesis.explore import explore
@@ -16,7 +18,7 @@ from robosc.synthesis.verify.symbolic import reached_values
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import State, Steps
 
-STATES = COMBINATIONS = 10000
+STATES, COMBINATIONS = 10000, 20000
 """So many states are looked at one by one; of a larger system, so many combinations of values."""
 _KNOWN = (VariableKind.LOCATION, VariableKind.ASSUMPTION, VariableKind.PHASE)
 
@@ -38,6 +40,9 @@ def unreachable(coverage: Coverage) -> frozenset[Case]:
         return frozenset()
     found: set[Case] = set()
     for step, several in zip(steps.steps, reached, strict=True):
+        if several is None:
+            found |= {case for case in coverage.cases if case[1] == step.number}
+            continue
         for assigned in several:
             state = _state(steps.plant, keys, assigned)
             if step.in_phase(state):
@@ -45,11 +50,12 @@ def unreachable(coverage: Coverage) -> frozenset[Case]:
     return frozenset(coverage.cases.keys() - found)
 
 
-def _reached(steps: Steps, groups: list[frozenset[int]]) -> list[list[Assigned]]:
-    """The values that each group of variables has in some state under the supervisor.
+def _reached(steps: Steps, groups: list[frozenset[int]]) -> Sequence[list[Assigned] | None]:
+    """The values that each group of variables has in some state under the supervisor; None: they
+    are too many.
 
     Raises:
-        StateSpaceError: there are too many.
+        StateSpaceError: the system is too large.
     """
     if steps.supervisor.controlled_states > STATES:
         return reached_values(steps.supervisor, groups, COMBINATIONS)

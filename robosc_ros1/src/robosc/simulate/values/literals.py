@@ -180,7 +180,7 @@ def literal_text(value: Value | None, quoted: bool = False) -> str:
             return '"' + escaped.replace("\n", "\\n").replace("\t", "\\t") + '"'
     text = jsonable(value)
     if isinstance(text, list | dict):
-        return json.dumps(text)
+        return json.dumps(value, default=jsonable)  # NaN and infinities are no strings there
     return text if isinstance(text, str) else repr(text)
 
 

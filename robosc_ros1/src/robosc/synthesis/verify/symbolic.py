@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from itertools import islice
 from typing import Final, TypeAlias, TypeVar
@@ -41,6 +41,8 @@ _SECONDS: Final = 0.05
 _MANY_NODES: Final = 2**18
 """In use in a first try: one direction of the order of variables may take a hundred times the nodes
 of the other, and no rule known tells which. That in which synthesis ended comes first."""
+_SHARE: Final = 5
+"""One group of variables may take this part of the values that are looked at."""
 _Result = TypeVar("_Result")
 _Take: TypeAlias = Callable[[Relation, Bdd, Bdd], Bdd]
 """From a relation, those of its steps that count, and a set: what they lead to, or come from."""
@@ -61,28 +63,27 @@ def plant_states(supervisor: Supervisor, progress: Progress | None = None) -> in
 
 
 def reached_values(
-    supervisor: Supervisor, groups: Iterable[frozenset[int]], most: int
-) -> list[list[Assigned]]:
+    supervisor: Supervisor, groups: Sequence[frozenset[int]], most: int
+) -> list[list[Assigned] | None]:
     """Return, for each group of state variables, the values that they have together in some state
-    under the supervisor.
+    under the supervisor; None for groups with many, so that ``most`` are looked at in all.
 
     Raises:
-        StateSpaceError: as above, or the diagrams grow at all, or there are more than ``most``.
+        StateSpaceError: as above, or the diagrams grow large.
     """
+    found: dict[int, list[Assigned] | None] = {}
+    left, share = most, most // _SHARE
     try:
         proof = _Proof(supervisor, None, supervisor.opposite_order, _MANY_NODES)
-        reached = proof.reached_under_guards()
-        found = []
-        for group in groups:
-            found.append(list(islice(proof.sets.values(reached, group), most + 1)))
-            most -= len(found[-1])
-            if most < 0:
-                break
-        else:
-            return found
+        _, reached = proof.kept_and_reached()
+        for number in sorted(range(len(groups)), key=lambda number: len(groups[number])):
+            limit = min(left, share)
+            values = list(islice(proof.sets.values(reached, groups[number]), limit + 1))
+            left -= min(len(values), limit)
+            found[number] = values if len(values) <= limit else None
     except (_TooManyNodesError, MemoryError):
-        pass
-    raise StateSpaceError("there are too many states to look at what they have in common")
+        raise StateSpaceError("the sets of states are too large to look at their values") from None
+    return [found[number] for number in range(len(groups))]
 
 
 def _proved(
@@ -147,8 +148,9 @@ class _Proof:
             self._again = now + _SECONDS
             self._progress("verification", self.sets.count_from(place, part), self.sets.most)
 
-    def found(self) -> Findings:
-        initial, sets = self.sets.initial, self.sets
+    def kept_and_reached(self) -> tuple[Bdd, Bdd]:
+        """Return what may be kept, and what is reached inside it."""
+        initial = self.sets.initial
         permitted = self._allowed(self.required)
         safe = self._closed(initial, ~self.unsafe, permitted, self._image)
         kept = self._keepable(safe)
@@ -156,9 +158,14 @@ class _Proof:
         reached = safe  # where nothing had to be removed
         if kept != safe or keeping != permitted:
             reached = self._closed(initial, kept, keeping, self._image)
+        return kept, reached
+
+    def found(self) -> Findings:
+        initial, sets = self.sets.initial, self.sets
+        kept, reached = self.kept_and_reached()
         right = initial & ~kept == self.false and self._right(reached, kept)
         if not right:
-            reached = self.reached_under_guards()
+            reached = self._under_guards()
         return Findings(
             method="symbolic",
             keeps_initial=initial & ~kept == self.false,
@@ -275,7 +282,7 @@ class _Proof:
         ]
         return Closure(self.manager, arrows, self.tick).of(states & inside, inside)
 
-    def reached_under_guards(self) -> Bdd:
+    def _under_guards(self) -> Bdd:
         """Return what is reached under the guards; unsafe states are not left."""
         left = {number: guard & ~self.unsafe for number, guard in self.guards.items()}
         everywhere = self.manager.true
