@@ -21,7 +21,7 @@ from .ros_calls import Seeker
 from .ros_connections import AT_ONCE, is_taken
 from .ros_goals import Goal, Sent, end_of
 from .ros_messages import clean, compose
-from .ros_port import FOREIGN, Caller
+from .ros_port import Caller
 from .ros_watch import ask
 
 SETTLED = 2.0
@@ -141,15 +141,12 @@ class GoalCaller(Caller):
     def is_served(self):
         return self._ends.are_connected()
 
-    def fault(self):
-        foreign = self.foreign()
-        if foreign:
-            return FOREIGN % (self.label, ", ".join(foreign))
-        since = time.monotonic() - self._dropped
-        if since < REPEAT or not self.goes_on():
-            return super().fault()
-        text = "%s: a goal goes on that was cancelled %.0f s ago; the server has not ended it"
-        return text % (self.label, since)
+    def faults(self):
+        found, since = super().faults(), time.monotonic() - self._dropped
+        if since >= REPEAT and self.goes_on():
+            text = "%s: a goal goes on that was cancelled %.0f s ago; the server has not ended it"
+            found.append(text % (self.label, since))
+        return found
 
     def ready(self):
         """Return whether a goal can be sent: the server is connected, and has ended those that were
@@ -167,7 +164,6 @@ class GoalCaller(Caller):
         return self._ends.are_connected()
 
     def foreign(self):
-        """Return the ids of the goals that others sent and that their server has not ended."""
         return [] if self._ends.is_deserted() else self._foreign
 
     def goes_on(self):

@@ -21,7 +21,7 @@ from ._runtime.core.calls import FAILED, LOST, REJECTED, Failure
 from ._runtime.core.port import NotTaken
 from .ros_messages import compose, plain
 from .ros_parameters import qos_profile
-from .ros_port import FOREIGN, Caller
+from .ros_port import Caller
 
 FAILURES = {
     GoalStatus.STATUS_ABORTED: "aborted",
@@ -154,19 +154,17 @@ class Action(Caller):
     def is_served(self):
         return self.client.server_is_ready()
 
-    def fault(self):
+    def faults(self):
         self._look()  # so that later goals need not wait
-        foreign = self.foreign()
-        if foreign:
-            return FOREIGN % (self.label, ", ".join(sorted(foreign)))
+        found = super().faults()
         for goal in list(self._goals.values()):
             if goal.dropped is not None:
                 since = time.monotonic() - goal.dropped
                 if goal.refused or since > REPEAT:
                     what = "refuses to cancel the goal" if goal.refused else "has not ended it"
                     text = "%s: a goal goes on that was cancelled %.0f s ago; the server %s"
-                    return text % (self.label, since, what)
-        return super().fault()
+                    return [*found, text % (self.label, since, what)]
+        return found
 
     def _begin(self, goal):
         if not self.ready():
@@ -196,8 +194,6 @@ class Action(Caller):
         self._told = time.monotonic()
 
     def foreign(self):
-        """Return the ids of the goals that others sent and that their server has not ended, as
-        texts."""
         ids, servers = self._foreign
         if not ids or not servers & self._servers():
             return []

@@ -81,3 +81,14 @@ def test_a_goal_of_somebody_else_makes_the_server_busy(
         puppet.wait(lambda line: line.get("asked") == "/run", "the controller's goal", since=mark)
         assert len(asked(puppet)) == number + 1
         node.shows(lambda s: not s["faults"])
+
+
+def test_many_goals_of_others_hide_nothing(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
+    puppet.do("action", **ACTION, mode="go on")
+    with stage.controller(ear) as node:
+        puppet.publish("/run_wanted", BOOL, True)
+        puppet.wait(lambda line: line.get("asked") == "/run", "the controller's goal")
+        puppet.do("shout", name="/run", count=20)
+        puppet.publish("/run_wanted", BOOL, False)
+        told = node.shows(lambda s: len(s["faults"]) == 2 and "17 more" in s["faults"][0])
+        assert "did not send" in told["faults"][0] and "was cancelled" in told["faults"][1]

@@ -304,6 +304,19 @@ def test_a_goal_of_somebody_else_makes_the_server_busy(graph: Graph, controller:
     robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
 
 
+def test_many_goals_of_others_hide_nothing(graph: Graph, controller: Start) -> None:
+    controller()
+    robot, other = ready(graph, cancel=False), graph.peer("other")
+    robot.expect("goal", name="reach")
+    for number in range(5):
+        other.order("send_goal", name="reach", type=ACTION, data={"target": number})
+    robot.publish("person", READING, {"valid": True, "distance": 0.5})
+    robot.expect("cancel", name="reach")
+    state = robot.expect_state("guarded_arm", lambda s: len(s["faults"]) == 2)
+    assert "did not send" in state["faults"][0] and state["faults"][0].endswith(", 2 more")
+    assert "was cancelled" in state["faults"][1]
+
+
 def test_a_goal_that_others_cancel_becomes_an_error(graph: Graph, controller: Start) -> None:
     node = controller(rate=0.1)
     robot, other = ready(graph), graph.peer("other")

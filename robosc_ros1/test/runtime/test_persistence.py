@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 from emit.generated_code import controller_class, supervisor_of
+from ros_support import await_condition
 from runtime.lamp_robot import PlayedPort
 from runtime.schemas import validate
 from runtime.test_reports import Heard
@@ -135,6 +136,17 @@ def test_what_is_no_file_is_neither_read_nor_replaced(tmp_path: Path) -> None:
         assert len(faults) == 2
         assert "are not kept" in faults[1]
     assert pipe.is_fifo()
+
+
+def test_what_could_not_be_written_is_written_once_it_can(tmp_path: Path) -> None:
+    path = tmp_path / "state.json"
+    path.mkdir()
+    kept, _ = keeper(path)
+    await_condition(lambda: "not kept" in str(kept.all_faults()), "the fault")
+    path.rmdir()
+    await_condition(lambda: path.is_file() and "not kept" not in str(kept.all_faults()), "the file")
+    assert persistence.read(path, "Tour") == NEW
+    kept.close(5.0)
 
 
 WRITER = """

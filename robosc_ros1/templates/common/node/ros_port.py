@@ -16,10 +16,12 @@ except ImportError:  # missing in minimal installations of ROS 2
     DiagnosticArray = None
 
 
-FOREIGN = (
+_FOREIGN = (
     "%s: the server carries out a goal that this node did not send, so it gets none from here until"
     " that has ended: %s"
 )
+_NAMED = 3
+"""So many goals are named of those that others have sent."""
 GOES_ON = (
     "the goal %s of %s may go on: its server was asked to end it, and has not said that it has"
 )
@@ -53,13 +55,23 @@ class Caller:
         subclass that reports that by itself need not tell."""
         return False
 
-    def fault(self):
-        """Return what is wrong with the server, as text; None: nothing."""
+    def foreign(self):
+        """Return the ids of the goals that others sent and that their server has not ended, as
+        texts."""
+        return []
+
+    def faults(self):
+        """Return what is wrong with the server, as texts."""
+        found, foreign = [], sorted(self.foreign())
+        if foreign:
+            named = foreign[:_NAMED]
+            named += ["%d more" % (len(foreign) - _NAMED)] if len(foreign) > _NAMED else []
+            found.append(_FOREIGN % (self.label, ", ".join(named)))
         self.missed = self.missed and not self.is_served()
-        if not self.missed:
-            return None
-        remedy = ", but this node needs one: start it, or remap one of the two"
-        return UNSERVED % self.label + remedy
+        if self.missed:
+            remedy = ", but this node needs one: start it, or remap one of the two"
+            found.append(UNSERVED % self.label + remedy)
+        return found
 
 
 class CallingPort(Port):
@@ -128,7 +140,7 @@ class CallingPort(Port):
     def absent(self, key):
         caller = self._caller(key)
         caller.missed = not caller.is_served()
-        return UNSERVED % caller.label if caller.missed else caller.fault()
+        return UNSERVED % caller.label if caller.missed else next(iter(caller.faults()), None)
 
     def works(self, key):
         return self._services[key].is_busy()
@@ -140,9 +152,9 @@ class CallingPort(Port):
         return [*self._services.values(), *self._actions.values()]
 
     def faults(self):
-        found = (caller.fault() for caller in (*self.callers(), *self._former))
+        callers = (*self.callers(), *self._former)
         more = () if self.transforms is None else self.transforms.faults()
-        return [*(fault for fault in found if fault is not None), *more]
+        return [*(fault for caller in callers for fault in caller.faults()), *more]
 
     def post_transforms(self, engine, keys):
         """Return what takes the transforms of these communications."""

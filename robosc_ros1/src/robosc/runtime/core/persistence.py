@@ -102,6 +102,7 @@ class Keeper:
             if text != self._cannot:
                 self._tell("error", text)
             self._cannot = text
+            self._changed.set()  # to be tried again
 
 
 def _found(path: str) -> Path:
