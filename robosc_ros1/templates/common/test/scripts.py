@@ -115,6 +115,8 @@ def same(told, wanted):
     if isinstance(wanted, bool) or isinstance(told, bool) or isinstance(wanted, str):
         return told == wanted
     if isinstance(wanted, (int, float)):
+        if told == wanted or told != told:  # an infinity, or NaN
+            return told == wanted or wanted != wanted
         return isinstance(told, (int, float)) and abs(told - wanted) <= 1e-6 * max(1.0, abs(wanted))
     if isinstance(wanted, list):
         return len(told) == len(wanted) and all(map(same, told, wanted))
