@@ -93,6 +93,16 @@ ARM = """
         }
     }
 """
+CALLED = """
+    component Called {
+        outgoing message bell with identifier: "/bell", type: none
+        incoming message call with identifier: "/call", type: none
+        behaviour {
+            initial marked state free { on response from bell goto waiting }
+            state waiting { on request to call goto free }
+        }
+    }
+"""
 
 
 def robot(parts: str, sensors: int, requirement: str = "") -> str:
@@ -126,6 +136,24 @@ def test_a_requirement_that_a_mission_cannot_keep(sensors: int) -> None:
     assert reason.endswith("'requirement never Sensor0.near and go.busy' fails")
     assert remedy is not None
     assert "relax the requirement" in remedy
+
+
+@pytest.mark.parametrize("sensors", [1, 8])
+def test_two_requirements_that_never_hold_together(sensors: int) -> None:
+    """Of a large model no conflict is looked for, so the reason has to name both."""
+    first, other = "requirement call needs sensed0.fresh", "requirement call needs sensed0.silent"
+    found = supervisor_of(robot(TOUR + CALLED, sensors, f"{first}\n{other}\n"), "bdd")
+    assert found.empty
+    ((reason, remedy),) = told(found).values()
+    assert reason.endswith(
+        "Called is stuck in Called.waiting, from where no marked state can be reached"
+    )
+    assert remedy == (
+        f"call.request would lead on, but '{first}' and '{other}' cannot hold together from there"
+        " on: correct one of the conditions"
+    )
+    (explanation,) = found.explanations
+    assert explanation.diagnostic.notes[0].span.text == first
 
 
 @pytest.mark.parametrize("sensors", [1, 6])

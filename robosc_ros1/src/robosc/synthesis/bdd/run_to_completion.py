@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import TypeAlias
 
 from robosc import limits
@@ -31,6 +31,8 @@ from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution
 from robosc.synthesis.controlled_system import Runs, inputs
 
 _Steps: TypeAlias = tuple[tuple[Disjunct, ...], ...]
+_Enabled: TypeAlias = Callable[[EventRelation], Bdd]
+"""Where a command is enabled under the supervisor."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,14 +63,10 @@ class SymbolicController:
         self.plant = solution.engine.plant
         self._false = self.manager.false
         self._most = self.manager.nodes + limits.COMPLETION_NODES
-        enabled = {
-            event.number: solution.enabled(event)
-            for event in self.engine.events
-            if self.plant.events[event.number].controllable
-        }
         self._taus = TauGroups(solution)
         self._moving = self._taus.moving
         self._at_rest = self.states & ~self._moving
+        enabled = cache(solution.enabled)
         self._inputs = {
             numbers[0]: self._steps([self.engine.events[n] for n in numbers], enabled)
             for numbers in inputs(self.plant)
@@ -113,7 +111,7 @@ class SymbolicController:
     ) -> Saturation:
         return Saturation(self.manager, disjuncts, step, lambda *_: self._limit())
 
-    def _steps(self, events: Sequence[EventRelation], enabled: dict[int, Bdd]) -> _Steps:
+    def _steps(self, events: Sequence[EventRelation], enabled: _Enabled) -> _Steps:
         """Return the events of one input, one after the other.
 
         The first is possible where the controller is at rest and sends no preferred command. One
@@ -141,14 +139,15 @@ class SymbolicController:
                 before = self._moving if yields else self._taus.concerned(event)
                 yield [replace(d, relation=d.relation & ~before) for d in steps[0]]
 
-    def _unless_preferred(self, event: EventRelation, enabled: dict[int, Bdd]) -> Bdd:
+    def _unless_preferred(self, event: EventRelation, enabled: _Enabled) -> Bdd:
         here = self.manager.true
         taken = self.plant.events[event.number]
         if taken.kind.sent:
             preferred = self.plant.robot.yields_to.get(taken.command, ())
-            for number, other in enumerate(self.plant.events):
+            for relation in self.engine.events:
+                other = self.plant.events[relation.number]
                 if other.kind.sent and other.command in preferred:
-                    here = here & ~(enabled[number] & ~self._replacing(other))
+                    here = here & ~(enabled(relation) & ~self._replacing(other))
         return here
 
     def _replacing(self, event: Event) -> Bdd:

@@ -66,19 +66,13 @@ class SymbolicSolution:
     def controlled_states(self) -> int:
         return self.engine.encoding.count(self.states)
 
-    @property
-    def controlled_transitions(self) -> int:
-        """The number of triples (state, event, values), self-loops included."""
-        engine = self.engine
-        total = 0
-        for event in engine.events:
-            if engine.plant.events[event.number].controllable:
-                choices = weight(engine.plant.events[event.number])
-                total += engine.encoding.count(self.enabled(event)) * choices
-            else:
-                occurring = self.states & event.occurring
-                total += engine.encoding.count_with_parameters(event.number, occurring)
-        return total
+    def occurrences(self, event: EventRelation, enabled: Bdd | None = None) -> int:
+        """Return the number of pairs of a state and values with which an event happens; a command
+        does in the states in which it is ``enabled``."""
+        encoding = self.engine.encoding
+        if enabled is not None:
+            return encoding.count(enabled) * weight(self.engine.plant.events[event.number])
+        return encoding.count_with_parameters(event.number, self.states & event.occurring)
 
     def possible(self, event: EventRelation) -> Bdd:
         """Return the controlled states in which an event is possible in the plant."""

@@ -15,7 +15,7 @@ from robosc.plant.logic import conjunction
 from robosc.progress import Progress
 from robosc.supervisor import Guard
 from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
-from robosc.synthesis.bdd.manager import load
+from robosc.synthesis.bdd.manager import Bdd, load
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
 from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution, TooManyNodes
@@ -53,13 +53,17 @@ def synthesize_bdd(
         else:
             solution = SymbolicEngine(plant, progress, memory, turn=turn).solve()
         guards = []
+        transitions = 0
         maker = GuardMaker(plant)
         for event in solution.engine.events:
             if progress is not None:
                 progress("guards", event.number, len(plant.events))
-            if plant.events[event.number].controllable and not solution.empty:
-                guards.append(_guard(solution, event, maker))
-        transitions = solution.controlled_transitions
+            if not plant.events[event.number].controllable:
+                transitions += solution.occurrences(event)
+            elif not solution.empty:
+                enabled = solution.enabled(event)
+                guards.append(_guard(solution, event, enabled, maker))
+                transitions += solution.occurrences(event, enabled)
         seconds = time.perf_counter() - start
         states = solution.controlled_states
         sizes = Sizes(solution.plant_states, states, transitions)
@@ -97,20 +101,21 @@ def _solved(
     return SymbolicEngine(plant, progress, memory).solve()
 
 
-def _guard(solution: SymbolicSolution, relation: EventRelation, maker: GuardMaker) -> Guard:
+def _guard(
+    solution: SymbolicSolution, relation: EventRelation, enabled: Bdd, maker: GuardMaker
+) -> Guard:
     plant = solution.engine.plant
     event = plant.events[relation.number]
     requirement = event.requirement or TRUE
     encoding = solution.engine.encoding
     encoding.manager.make_room()
-    enabled = solution.enabled(relation)
     possible = solution.possible(relation)
     required = possible & relation.required
     variables = tuple(range(len(plant.variables)))
     care_set = partial(BddCareSet, encoding, variables, enabled)
     inputs = GuardInputs(
-        required=encoding.count(required),
-        enabled=encoding.count(enabled),
+        is_never=enabled == encoding.manager.false,
+        is_as_required=enabled == required,
         within_requirement=lambda: care_set(required & ~enabled),
         within_plant=lambda: care_set(possible & ~enabled),
     )

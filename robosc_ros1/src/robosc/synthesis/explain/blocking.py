@@ -5,17 +5,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
+from math import prod
 
 from robosc.errors import listing
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, StateRef
 from robosc.language.events import EventKind
+from robosc.model.entities import Requirement
 from robosc.plant.automaton import Edge, Event, Plant, VariableKind
+from robosc.plant.logic import conjunction
+from robosc.plant.partial_evaluation import holds
+from robosc.plant.support import support
 from robosc.remedies import Change, Hint, Remedy
 from robosc.source import Span
 from robosc.supervisor import Step
+from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.controlled_system import location_name
 from robosc.synthesis.formatting import quoted
+from robosc.synthesis.guards.greedy_selection import drop
+
+_MOST_VALUES = 2**12
+"""Combinations of values for which it is tried whether requirements can hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +101,13 @@ def _of_variable(
     if len(names) > 1:
         reason = f"{name} never gets back to a marked state (it stays in {listing(names, 'or')})"
         remedy = _by_error(plant, steps, variable, places)
-        return Cause(reason, remedy, plant.robot.component(name).span)
+        span = plant.robot.component(name).span
+        return _with_unmet(plant, values, variable, Cause(reason, remedy, span))
     place, *_ = places
     reason = f"{name} is stuck in {name}.{names[0]}, from where no marked state can be reached"
     advice = _remedy(plant, steps, variable, place) or _of_others(plant, values, variable, place)
-    return Cause(reason, advice, plant.robot.component(name).states[place].span)
+    span = plant.robot.component(name).states[place].span
+    return _with_unmet(plant, values, variable, Cause(reason, advice, span))
 
 
 def _of_phase(plant: Plant, key: str) -> Cause:
@@ -169,6 +182,54 @@ def _of_others(
                 f" {automaton.component} has"
             )
     return None
+
+
+def _with_unmet(
+    plant: Plant, values: Sequence[frozenset[int]], variable: int, cause: Cause
+) -> Cause:
+    """Return a cause without a remedy with the requirements that forbid a component, for good, a
+    command that it waits for."""
+    if cause.remedy is not None:
+        return cause
+    for event in plant.events:
+        waiting = (_edges(event, variable, place) for place in values[variable])
+        if event.kind.sent and any(waiting) and (unmet := _unmet(plant, values, event)):
+            texts = listing([quoted(requirement.text) for requirement in unmet])
+            together = " together" if len(unmet) > 1 else ""
+            remedy = (
+                f"{event.name}.{event.kind.word} would lead on, but {texts} cannot hold{together}"
+                " from there on: correct one of the conditions"
+            )
+            return Cause(cause.reason, remedy, unmet[0].span)
+    return cause
+
+
+def _unmet(plant: Plant, values: Sequence[frozenset[int]], event: Event) -> Sequence[Requirement]:
+    """Return requirements of a command that never hold together for some values of the state
+    variables, none of them superfluous; nothing if they do, or if there are too many values."""
+    stepper = Stepper(plant)
+
+    def never_met(requirements: Sequence[Requirement]) -> bool:
+        test = conjunction(holds(plant.view.met(each), event.data) for each in requirements)
+        read = support(plant, test)
+        if prod(len(values[variable]) for variable in read) > _MOST_VALUES:
+            return False
+        state = [min(found) for found in values]
+        for chosen in product(*(values[variable] for variable in read)):
+            for variable, value in zip(read, chosen, strict=True):
+                state[variable] = value
+            if stepper.test(test)(tuple(state)):
+                return False
+        return True
+
+    def without(
+        left: Sequence[Requirement], some: Sequence[Requirement]
+    ) -> Sequence[Requirement] | None:
+        fewer = [requirement for requirement in left if requirement not in some]
+        return fewer if never_met(fewer) else None
+
+    found = [plant.robot.requirements[number] for number in event.requirements]
+    return drop(found, found, without) if found and never_met(found) else []
 
 
 def _by_error(

@@ -106,8 +106,8 @@ class _Places:
     @property
     def inputs(self) -> GuardInputs:
         return GuardInputs(
-            len(self.asked),
-            len(self.allowed),
+            not self.allowed,
+            len(self.allowed) == len(self.asked),
             partial(self._care_set, self.asked),
             partial(self._care_set, self.possible),
         )

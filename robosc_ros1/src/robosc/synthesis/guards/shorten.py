@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
+from itertools import chain, islice
 from typing import Any, Protocol
 
 from robosc import dotted
@@ -82,14 +82,14 @@ class CareSet(Protocol):
 class GuardInputs:
     """What an engine computed for a controllable event, over states of the controlled system.
 
-    ``required`` is the number of states in which the plant can do it and the requirements allow it;
-    ``enabled`` the number of those in which it is allowed under control. The functions return the
-    care set whose refused states are among those that the requirements allow
-    (``within_requirement``), or among all in which the plant can do it (``within_plant``).
+    ``is_never``: it is allowed in none of them; ``is_as_required``: in all of those in which the
+    plant can do it and the requirements allow it. The functions return the care set whose refused
+    states are among these (``within_requirement``), or among all in which the plant can do it
+    (``within_plant``).
     """
 
-    required: int
-    enabled: int
+    is_never: bool
+    is_as_required: bool
     within_requirement: Callable[[], CareSet]
     within_plant: Callable[[], CareSet]
 
@@ -109,9 +109,9 @@ class GuardMaker:
     def guard(self, event: Event, inputs: GuardInputs) -> Guard:
         """Return the guard of a controllable event."""
         required = event.requirement or TRUE
-        if inputs.enabled == 0:
+        if inputs.is_never:
             return Guard(event, FALSE, required, "never")
-        if inputs.enabled == inputs.required:
+        if inputs.is_as_required:
             return Guard(event, required, required, "as required")
         status: Status = "restricted"
         extra = _condition(self._plant, event, inputs.within_requirement())
@@ -154,7 +154,7 @@ def _condition(plant: Plant, event: Event, care_set: CareSet, most_steps: int = 
     """
     rank = _variable_order(plant, event)
     candidates = chain(_counts(plant, event), _comparisons(plant, event))
-    conditions = [one for one in candidates if care_set.separates(one)][:1]
+    conditions = list(islice(filter(care_set.separates, candidates), 1))
     if conditions and care_set.size > _SMALL:
         return conditions[0]
     left = _pruned(care_set, rank)
