@@ -3,6 +3,7 @@
 
 import ast
 import json
+import math
 import re
 
 EVENT = re.compile(r"([\w.^\[\]-]+)\s*(?:\((.*)\)|\s(.*))?$", re.DOTALL)
@@ -115,8 +116,8 @@ def same(told, wanted):
     if isinstance(wanted, bool) or isinstance(told, bool) or isinstance(wanted, str):
         return told == wanted
     if isinstance(wanted, (int, float)):
-        if told == wanted or told != told:  # an infinity, or NaN
-            return told == wanted or wanted != wanted
+        if not math.isfinite(wanted):
+            return told == wanted or (told != told and wanted != wanted)  # NaN is not itself
         return isinstance(told, (int, float)) and abs(told - wanted) <= 1e-6 * max(1.0, abs(wanted))
     if isinstance(wanted, list):
         return len(told) == len(wanted) and all(map(same, told, wanted))
