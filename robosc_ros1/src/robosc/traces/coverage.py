@@ -247,20 +247,13 @@ class Coverage:
         functions += [(partial(self._edges_in, tau), tau.reads) for tau in steps.taus]
         return Results(functions)
 
-    def reads(self, step: ExactStep) -> set[str]:
-        """The keys of a state that decide which cases an event shows."""
-        found = step.reads.union(
-            key
-            for partner in step.partners
-            for edges in partner.edges.values()
-            for edge in edges
-            for key, *_ in edge.assigned
-        )
+    def reads(self, step: ExactStep) -> frozenset[str]:
+        """The keys of a state that decide whether an event can happen, and what alone decides."""
         rule = self.rules_by_number.get(step.number)
-        if rule is not None:
-            found |= keys_read(demand.condition.expr for demand in rule.demands)
-            found = found.union(*(other.reads for other in rule.preferred))
-        return set(found)
+        if rule is None:
+            return step.reads
+        demanded = keys_read(demand.condition.expr for demand in rule.demands)
+        return step.reads.union(demanded, *(other.reads for other in rule.preferred))
 
     def _edges_in(self, tau: ExactStep, state: State) -> set[Case]:
         return set(self._edges_of(tau, state, NOTHING))

@@ -178,7 +178,7 @@ class InputGraph:
         met: set[Any] = set()
         nodes = list(self._nodes.values())
         for node in nodes:
-            pairs = set(combinations(self._components(node.state), 2))
+            pairs = set(combinations(node.kinds[-1], 2))
             if pairs <= met:
                 continue
             met |= pairs

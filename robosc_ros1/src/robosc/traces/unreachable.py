@@ -16,7 +16,7 @@ from robosc.synthesis.explore import explore
 from robosc.synthesis.verify.state_sets import Assigned
 from robosc.synthesis.verify.symbolic import reached_values
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import State, Steps
+from robosc.traces.exact_steps import ExactStep, State, Steps
 
 STATES, COMBINATIONS = 10000, 20000
 """So many states are looked at one by one; of a larger system, so many combinations of values."""
@@ -30,20 +30,18 @@ def unreachable(coverage: Coverage) -> frozenset[Case]:
     if steps.follows:
         return frozenset()
     keys = _keys(steps.plant)
-    groups = [
-        frozenset(index for index, key in keys.items() if key in coverage.reads(step))
-        for step in steps.steps
-    ]
+    numbers = {key: number for number, key in keys.items()}
+    read = (coverage.reads(step) | _assigned(step) for step in steps.steps)
+    groups = [frozenset(numbers[key] for key in some if key in numbers) for some in read]
     try:
         reached = _reached(steps, groups)
     except StateSpaceError:
         return frozenset()
-    found: set[Case] = set()
-    for step, several in zip(steps.steps, reached, strict=True):
-        if several is None:
-            found |= {case for case in coverage.cases if case[1] == step.number}
-            continue
-        for assigned in several:
+    pairs = list(zip(steps.steps, reached, strict=True))
+    unknown = {step.number for step, several in pairs if several is None}
+    found = {case for case in coverage.cases if case[1] in unknown}
+    for step, several in pairs:
+        for assigned in several or ():
             state = _state(steps.plant, keys, assigned)
             if step.in_phase(state):
                 found |= coverage.possible(step, state)
@@ -57,13 +55,20 @@ def _reached(steps: Steps, groups: list[frozenset[int]]) -> Sequence[list[Assign
     Raises:
         StateSpaceError: the system is too large.
     """
-    if steps.supervisor.controlled_states > STATES:
+    try:
+        states = explore(steps.supervisor, STATES).states
+    except StateSpaceError:
         return reached_values(steps.supervisor, groups, COMBINATIONS)
-    states = explore(steps.supervisor).states
     return [
         list(dict.fromkeys(tuple((n, state[n]) for n in group) for state in states))
         for group in groups
     ]
+
+
+def _assigned(step: ExactStep) -> set[str]:
+    """The variables that an event may change."""
+    edges = (edge for p in step.partners for several in p.edges.values() for edge in several)
+    return {key for edge in edges for key, *_ in edge.assigned}
 
 
 def _keys(plant: Plant) -> dict[int, str]:

@@ -308,11 +308,13 @@ class Clocks:
     def _restart_all(self, time: float) -> None:
         """Restart all running clocks; a timeout only once until its message comes again, so that
         no number of changes keeps a silence from being noticed."""
-        for clock in self._all():
-            if clock.deadline is not None and not getattr(clock, "renewed", False):
+        watches = [watch for watch in self._watches.values() if not watch.renewed]
+        clocks: list[Clock] = [*watches, *self._timers]
+        for clock in clocks:
+            if clock.deadline is not None:
                 clock.deadline = time + clock.delay
                 self.plan(clock)
-        for watch in self._watches.values():
+        for watch in watches:
             watch.renewed = True
 
     def _restart(self, timer: Timer, time: float) -> None:

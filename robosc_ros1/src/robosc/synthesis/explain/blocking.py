@@ -214,11 +214,11 @@ def _unmet(plant: Plant, values: Sequence[frozenset[int]], event: Event) -> Sequ
         read = support(plant, test)
         if prod(len(values[variable]) for variable in read) > _MOST_VALUES:
             return False
-        state = [min(found) for found in values]
+        state, is_met = [min(found) for found in values], stepper.test(test)
         for chosen in product(*(values[variable] for variable in read)):
             for variable, value in zip(read, chosen, strict=True):
                 state[variable] = value
-            if stepper.test(test)(tuple(state)):
+            if is_met(tuple(state)):
                 return False
         return True
 

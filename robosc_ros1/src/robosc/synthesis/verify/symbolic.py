@@ -68,8 +68,11 @@ def reached_values(
     """Return, for each group of state variables, the values that they have together in some state
     under the supervisor; None for groups with many, so that ``most`` are looked at in all.
 
+    The states are those that a correct supervisor allows: its guards, which read many variables,
+    are not asked.
+
     Raises:
-        StateSpaceError: as above, or the diagrams grow large.
+        StateSpaceError: an event or a condition reads too much, or the diagrams grow large.
     """
     found: dict[int, list[Assigned] | None] = {}
     left, share = most, most // _SHARE
