@@ -10,7 +10,7 @@ from view.watching import ask, serving
 
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
-from robosc.view.operating import OperatorDesk
+from robosc.view.operating import OperatorDesk, awaited
 from robosc.view.server import PageServer, Unable, Where
 
 TOKEN = "a-token"
@@ -123,3 +123,8 @@ def test_an_operator_sits_at_this_machine(host: str) -> None:
 
 def test_the_token_stands_in_the_printed_address_where_browsers_keep_it(server: PageServer) -> None:
     assert server.url.endswith(f"/#token={TOKEN}")
+
+
+def test_who_hears_a_topic_may_be_known_late() -> None:
+    seen = iter([None, 0, [], "std_msgs/msg/String"])
+    assert awaited("/node/operate", lambda: next(seen)) == "std_msgs/msg/String"

@@ -10,17 +10,28 @@ import json
 import sys
 import time
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, TypeVar
 
 from robosc.view.listening import Listener
 from robosc.view.server import Answers, Unable
 
 ORDERS = ("hold", "release", "step")
 PATIENCE = 5.0
-"""Seconds for which a message waits for somebody who hears it."""
-
+"""Seconds for which a message waits until it is known that somebody hears it."""
 
 UNHEARD = "nobody hears %s; orders are heard by a node that was started with operate:=true"
+
+Seen = TypeVar("Seen")
+
+
+def awaited(topic: str, look: Callable[[], Seen | None]) -> Seen:
+    """What is seen of those who hear a topic, once it is anything. Raises Unable."""
+    end = time.monotonic() + PATIENCE
+    while not (seen := look()):
+        if time.monotonic() > end:
+            raise Unable(UNHEARD % topic)
+        time.sleep(0.01)
+    return seen
 
 
 class OperatorDesk:

@@ -68,11 +68,7 @@ class Ros1(listening.Listener):
         if publisher is None:
             publisher = rospy.Publisher(topic, class_, queue_size=10, tcp_nodelay=True)
             self._publishers[topic] = publisher
-        end = time.monotonic() + operating.PATIENCE
-        while not publisher.get_num_connections():
-            if time.monotonic() > end:
-                raise server.Unable(operating.UNHEARD % topic)
-            time.sleep(0.01)
+        operating.awaited(topic, publisher.get_num_connections)
         publisher.publish(message)
 
     def _run(self, page: str | None) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from robosc.errors import UsageError
 from robosc.view.hub import Hub
 from robosc.view.listening import CHECK, Heard, Listener, diagnosis
-from robosc.view.operating import PATIENCE, UNHEARD
+from robosc.view.operating import awaited
 from robosc.view.server import Unable
 
 MATCHED = 0.5
@@ -84,20 +84,15 @@ class Ros2(Listener):
         self.publish(f"{self.heard.node}/operate", word)
 
     def publish(self, topic: str, data: Any) -> None:
-        types = dict(self.node.get_topic_names_and_types()).get(topic)
-        if not types:
-            raise Unable(UNHEARD % topic)
+        # A graph that has grown a moment ago is not known whole, though the node's state is.
+        types = awaited(topic, lambda: dict(self.node.get_topic_names_and_types()).get(topic))
         class_ = known_class(types[0].replace("/msg/", "/"), "msg")
         message = filled(class_, data)
         with self._making:
             known = self._publishers.get(topic)
             publisher = known or self._make_publisher(topic, class_)
             self._publishers[topic] = publisher
-        end = time.monotonic() + PATIENCE
-        while not publisher.get_subscription_count():
-            if time.monotonic() > end:
-                raise Unable(UNHEARD % topic)
-            time.sleep(0.01)
+        awaited(topic, publisher.get_subscription_count)
         if known is None and self._may_lose(topic):
             time.sleep(MATCHED)
         publisher.publish(message)
