@@ -9,8 +9,9 @@ import pytest
 import steep_families
 from random_models import random_model
 from synthesis.plants import plant_of
+from synthesis.same_solutions import assert_same
 
-from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
 from robosc.synthesis.explicit.explicit_engine import ExplicitEngine
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
@@ -34,18 +35,6 @@ def test_the_same_controlled_system(seeds: range) -> None:
         given = ExplicitEngine(plant, lambda found, left, steps: None).found.states
         assert_same(usual, SymbolicEngine(plant, memory=SMALL, invariants_first=True).solve(given))
     assert restricted > 10 and empty > 5
-
-
-def assert_same(usual: SymbolicSolution, other: SymbolicSolution) -> None:
-    assert other.restricted == usual.restricted
-    assert other.plant_states == usual.plant_states
-    assert other.controlled_states == usual.controlled_states
-    for one, same in zip(usual.engine.events, other.engine.events, strict=True):
-        if usual.engine.plant.events[one.number].controllable:
-            counted = usual.engine.encoding.count(usual.enabled(one))
-            assert other.engine.encoding.count(other.enabled(same)) == counted
-        else:
-            assert other.occurrences(same) == usual.occurrences(one)
 
 
 def test_an_event_applies_the_requirements_that_it_may_violate() -> None:
