@@ -185,13 +185,13 @@ def check_tau(twin: Twin, event: Event, state: PlantState, expected: Any) -> Pla
     return twin.state()
 
 
-@pytest.mark.parametrize("seed", quick_first(range(60), 12))
+@pytest.mark.parametrize("seed", quick_first(range(30), 12))
 def test_walks_of_random_models(seed: int) -> None:
     rng = random.Random(seed)
     walk_through(Twin(random_model(rng, 1 + seed % 3)), rng)
 
 
-@pytest.mark.parametrize("seed", quick_first(range(60), 12))
+@pytest.mark.parametrize("seed", quick_first(range(30), 12))
 def test_walks_of_random_models_that_the_robot_calls(seed: int) -> None:
     rng = random.Random(seed)
     walk_through(Twin(random_model(rng, 1 + seed % 3, served=True)), rng)

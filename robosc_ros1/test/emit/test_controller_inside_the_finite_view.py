@@ -134,7 +134,7 @@ def some_place(rng: random.Random) -> Any:
     return SimpleNamespace(x=x, route=route, levels=levels)
 
 
-@pytest.mark.parametrize("seed", quick_first(range(40), 8))
+@pytest.mark.parametrize("seed", quick_first(range(24), 8))
 def test_steps_on_objects_and_arrays_are_steps_of_the_plant(seed: int) -> None:
     rng = random.Random(seed)
     robot, diagnostics = load(Source("model.rscd", object_model(rng)))
@@ -210,7 +210,7 @@ def states_model(rng: random.Random) -> str:
     )
 
 
-@pytest.mark.parametrize("seed", quick_first(range(40), 8))
+@pytest.mark.parametrize("seed", quick_first(range(24), 8))
 def test_steps_are_steps_of_the_plant_where_conditions_on_arrays_read_states(seed: int) -> None:
     rng = random.Random(seed)
     robot, diagnostics = load(Source("model.rscd", states_model(rng)))
@@ -298,7 +298,7 @@ def shared_model(rng: random.Random) -> str:
     )
 
 
-@pytest.mark.parametrize("seed", quick_first(range(60), 12))
+@pytest.mark.parametrize("seed", quick_first(range(30), 12))
 def test_steps_are_steps_of_the_plant_where_components_take_one_message(seed: int) -> None:
     rng = random.Random(seed)
     while True:

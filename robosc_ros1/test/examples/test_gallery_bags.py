@@ -253,7 +253,7 @@ def drive(ros: gallery.Ros1 | gallery.Ros2, robot: str, path: Path, records: Rec
 
 @pytest.mark.parametrize(
     ("models", "robot"),
-    [*(("planted", robot) for robot in PLANTED), *(("right", robot) for robot in RECORDED)],
+    [*(("planted", robot) for robot in PLANTED), ("right", "follow_person")],
     indirect=["models"],
     scope="module",
 )
@@ -261,8 +261,12 @@ def test_faults_recorded_by_rosbag(robot: str, ros1: gallery.Ros1, tmp_path: Pat
     drive(ros1, robot, tmp_path / "run.bag", lambda name, path: rosbag(ros1, path, name))
 
 
-@pytest.mark.parametrize("models", ["planted", "right"], indirect=True, scope="module")
-@pytest.mark.parametrize(("robot", "kind"), [("line_follower", "mcap"), ("follow_person", "db3")])
+@pytest.mark.parametrize(
+    ("models", "robot", "kind"),
+    [("planted", "line_follower", "mcap"), ("right", "follow_person", "db3")],
+    indirect=["models"],
+    scope="module",
+)
 def test_faults_recorded_in_ros_2(
     robot: str, kind: str, ros2: gallery.Ros2, tmp_path: Path
 ) -> None:

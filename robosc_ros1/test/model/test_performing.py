@@ -69,7 +69,7 @@ class Side:
         return found
 
 
-@pytest.mark.parametrize("seeds", quick_first([range(5), range(5, 14), range(14, 24)], 1))
+@pytest.mark.parametrize("seeds", quick_first([range(5), range(5, 14)], 1))
 def test_they_do_what_their_unfolded_form_does(seeds: range) -> None:
     compared = retried = 0
     for seed in seeds:

@@ -11,7 +11,7 @@ from ros1.test_calls_of_the_robot import DONE, ORDER
 from ros1.test_goals_of_the_robot import GOAL, NAME, TYPE, step
 from ros_support import await_condition, resident
 
-CALLS = 1000
+CALLS = 500
 AT_ONCE = 100
 
 
@@ -49,10 +49,10 @@ def flood_goals(puppet: Puppet) -> int:
 
 
 @pytest.mark.parametrize("model", ["orders", "missions"])
-def test_a_thousand_leave_nothing_behind(
+def test_five_hundred_leave_nothing_behind(
     puppet: Puppet, nodes: tuple[Node, ...], model: str
 ) -> None:
-    """The memory of nodes after the second thousand is that after the first, but for a tenth."""
+    """The memory of nodes after a thousand is that after five hundred, but for a tenth."""
     if model == "orders":
         flood, name = flood_calls, "order"
         puppet.publish("/door", "std_msgs/Bool", True)

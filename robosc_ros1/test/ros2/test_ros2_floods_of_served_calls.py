@@ -9,7 +9,7 @@ from ros2.test_ros2_calls_of_the_robot import TYPE as SWITCH
 from ros2.test_ros2_goals_of_the_robot import NAME, SUCCEEDED, TYPE, step
 from ros_support import resident
 
-CALLS = 1000
+CALLS = 500
 AT_ONCE = 50
 
 
@@ -31,10 +31,10 @@ def flood_goals(peer: Peer) -> int:
 
 
 @pytest.mark.parametrize("model", ["orders", "missions"])
-def test_a_thousand_leave_nothing_behind(
+def test_five_hundred_leave_nothing_behind(
     watcher: Peer, nodes: dict[str, Process], model: str
 ) -> None:
-    """The memory of nodes after the second thousand is that after the first, but for a tenth."""
+    """The memory of nodes after a thousand is that after five hundred, but for a tenth."""
     robot = watcher
     if model == "orders":
         flood, name = flood_calls, "order"

@@ -113,12 +113,12 @@ def walk(machine: Execution, seed: int) -> None:
             assert not possible, (event, given)
 
 
-@pytest.mark.parametrize("seed", quick_first(range(100), 10))
+@pytest.mark.parametrize("seed", quick_first(range(40), 10))
 def test_controllers(seed: int) -> None:
     walk(Execution(random_supervisor(seed, supervises=False), Settings()), seed)
 
 
-@pytest.mark.parametrize("seed", quick_first(range(100), 10))
+@pytest.mark.parametrize("seed", quick_first(range(40), 10))
 def test_supervisors(seed: int) -> None:
     supervisor = random_supervisor(seed, supervises=True)
     walk(SupervisedExecution(supervisor, Settings(whole_values=True)), seed)
@@ -135,7 +135,7 @@ class SilentPort(PlayedPort, MonitorPort):
         self.documents.append(json.loads(text))
 
 
-@pytest.mark.parametrize("seed", quick_first(range(100), 10))
+@pytest.mark.parametrize("seed", quick_first(range(40), 10))
 def test_monitors(seed: int) -> None:
     """What another controller sends is found exactly where the supervisor would not have sent it."""
     supervisor = random_supervisor(seed, supervises=True)

@@ -24,7 +24,7 @@ def _model(seed: int) -> str:
 def test_random_robots_with_assumptions(engine: str, pytestconfig: pytest.Config) -> None:
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
-    for seed in range(first, first + (80 if count is None else count)):
+    for seed in range(first, first + (40 if count is None else count)):
         check(_model(seed), engine, seed)
 
 

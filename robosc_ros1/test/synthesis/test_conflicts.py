@@ -335,7 +335,7 @@ def rules_out(robot: Robot, conflict: list[str], found: Explanation, left_out: s
 
 
 @pytest.mark.parametrize("engine", ["explicit", "bdd"])
-@pytest.mark.parametrize("first", quick_first(range(0, 120, 15), 1))
+@pytest.mark.parametrize("first", quick_first(range(0, 60, 15), 1))
 def test_conflicts_of_random_models(first: int, engine: str) -> None:
     """What the robot may do is there, but for the part of the conflict that is left out."""
     looked_at = 0

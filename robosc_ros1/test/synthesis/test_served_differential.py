@@ -26,7 +26,7 @@ def test_random_robots_that_call_the_controller(engine: str, pytestconfig: pytes
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
     tried = 0
-    for seed in range(first, first + (100 if count is None else count)):
+    for seed in range(first, first + (60 if count is None else count)):
         text = _model(seed)
         if "outgoing service" in text or "outgoing action" in text:
             check(text, engine, seed)
@@ -37,7 +37,7 @@ def test_random_robots_that_call_the_controller(engine: str, pytestconfig: pytes
 def test_random_robots_are_of_all_sorts() -> None:
     """The comparison means something: calls are refused, accepted by their values, and answered."""
     seen: set[str] = set()
-    for seed in range(120):
+    for seed in range(60):
         text = _model(seed)
         if "outgoing service" not in text and "outgoing action" not in text:
             continue

@@ -138,7 +138,7 @@ def test_the_other_direction_of_the_order_proves_the_same(
     """Each direction alone, and in turn where a try takes more nodes than it may."""
     monkeypatch.setattr(symbolic, "_MANY_NODES", 1)
     monkeypatch.setattr(manager, "_AMPLE_NODES", 0)
-    for seed in range(4):
+    for seed in range(2):
         right = pipeline.synthesize(robot_of(random_model(random.Random(7_300 + seed))))
         for judged in (right, *islice(wrong(right), 3)):
             forth, back = (

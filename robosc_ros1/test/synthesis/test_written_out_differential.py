@@ -156,7 +156,7 @@ def test_engines_do_not_tell_them_apart(engine: str, pytestconfig: pytest.Config
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
     empty = 0
-    for seed in range(first, first + (100 if count is None else count)):
+    for seed in range(first, first + (50 if count is None else count)):
         both = Both(seed)
         short, out = solved(both.short, engine), solved(both.out, engine)
         assert short.empty == out.empty, both.short
@@ -168,7 +168,7 @@ def test_engines_do_not_tell_them_apart(engine: str, pytestconfig: pytest.Config
         documents = [json.loads("".join(explore_json(explore(s)))) for s in (short, out)]
         assert named(documents[0]) == documents[1], both.short
         assert verify(short).verified
-    assert empty < (100 if count is None else count) / 2
+    assert empty < (50 if count is None else count) / 2
 
 
 @pytest.mark.timeout(0)
@@ -176,7 +176,7 @@ def test_engines_do_not_tell_them_apart(engine: str, pytestconfig: pytest.Config
 def test_simulations_do_not_tell_them_apart(execute: bool, pytestconfig: pytest.Config) -> None:
     count = pytestconfig.getoption("--models", default=None)
     sent = 0
-    for seed in range(60 if count is None else count):
+    for seed in range(30 if count is None else count):
         both = Both(seed)
         supervisors = supervisor_of(both.short), supervisor_of(both.out)
         if supervisors[0].empty:
