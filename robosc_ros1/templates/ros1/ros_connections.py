@@ -11,6 +11,8 @@ import socket
 import threading
 
 import rospy.topics
+from rospy.impl.masterslave import ROSHandler
+from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.tcpros_pubsub import QueuedConnection
 
 AT_ONCE = 1
@@ -113,3 +115,29 @@ def send_promptly():
             return add_connection(publisher, link)
 
     publishers.add_connection, publishers.set_queue_size = add, _set_queue_size
+
+
+TOPICS_IN_LOG = "/rosout_disable_topics_generation"
+
+
+def be_forgotten():
+    """Have the master know the node no longer than it runs. To be called before it logs anything.
+
+    rospy subscribes to a parameter with its first entry in the log, and never unsubscribes. So the
+    master would tell the address of the node that has ended to shut down when a node of its name is
+    started anew, though another node may have that address by then.
+    """
+    get_param_server_cache().set(TOPICS_IN_LOG, rospy.get_param(TOPICS_IN_LOG, False))
+
+
+def heed_own_shutdown():
+    """Have the node ignore the master's request to shut down a node that had its address before."""
+    shutdown = ROSHandler.shutdown
+
+    def heed(self, caller_id, reason=""):
+        name = "[%s]" % rospy.get_name()
+        if isinstance(reason, str) and reason.startswith("[/") and not reason.startswith(name):
+            return 1, "not this node", 0
+        return shutdown(self, caller_id, reason)
+
+    ROSHandler.shutdown = heed

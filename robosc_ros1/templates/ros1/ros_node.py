@@ -16,7 +16,7 @@ from ._runtime.core.shortening import excerpt
 from ._runtime.core.telemetry import Reporter
 from .ros import RosOutlet
 from .ros_backlog import watch_connections
-from .ros_connections import send_promptly
+from .ros_connections import be_forgotten, heed_own_shutdown, send_promptly
 from .ros_watch import Watch, resolved
 from .start import Ending, on_signals
 
@@ -133,6 +133,7 @@ class NodeLifecycle:
         parameters that ROS cannot represent."""
         send_promptly()
         watch_connections()
+        heed_own_shutdown()
         try:
             arguments = [carried(argument) for argument in sys.argv]
         except ParameterError as error:
@@ -142,6 +143,7 @@ class NodeLifecycle:
         on_signals(self._signalled)
         try:
             rospy.init_node(name, argv=arguments, disable_signals=True)
+            be_forgotten()
         except rospy.ROSInitException:
             if not rospy.is_shutdown():
                 raise

@@ -38,6 +38,12 @@ def end(stage: Stage, how: str, pid: int) -> None:
         os.kill(pid, getattr(signal, how))
 
 
+def address(master: Master, node: str) -> str:
+    """Where the master believes a node to be; nothing, if it knows of none."""
+    answer: Any = ServerProxy(master.uri)
+    return str(answer.lookupNode("/test", node)[2])
+
+
 @pytest.mark.once
 @pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "SIGHUP", "rosnode kill"])
 def test_shutdown_cancels_goals_and_sends_the_stop_command(
@@ -185,6 +191,30 @@ def node_pid(master: Master, node: str) -> int | None:
         uri: Any = ServerProxy(master.uri).lookupNode("/test", node)[2]  # type: ignore[index]
         return int(ServerProxy(uri).getPid("/test")[2])  # type: ignore[index, call-overload]
     return None
+
+
+def test_what_is_meant_for_the_one_who_had_its_address_does_not_end_it(
+    stage: Stage, ear: Puppet
+) -> None:
+    """As the master tells a node whose name a new one takes, at whatever address it had."""
+    reason = "[%s] Reason: new node registered with same name"
+    with stage.controller(ear) as node:
+        node_itself: Any = ServerProxy(address(stage.master, node.name))
+        assert node_itself.shutdown("/master", reason % "/camera")[0] == 1
+        shown = node.ear.mark
+        node.shows(lambda s: s["stopped"] is None, since=shown)
+        with suppress(OSError):  # it may end before it answers
+            node_itself.shutdown("/master", reason % node.name)
+        assert node.process.wait(60) == 0
+
+
+def test_no_address_of_a_node_that_has_ended_is_known(stage: Stage, ear: Puppet) -> None:
+    """Also where it wrote to the log: of a parameter that there is not."""
+    with stage.controller(ear, timout__run=1.0) as node:
+        assert "is ignored" in node.log
+        end(stage, "SIGTERM", node.process.pid)
+        node.process.wait(60)
+        assert address(stage.master, node.name) == ""
 
 
 def test_roslaunch_starts_it_again(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
