@@ -215,3 +215,102 @@ def test_an_error_of_the_engine_ends_the_replay(tmp_path: Path, limiter: Supervi
         run.engine.invoke(lambda: {}["missing"])
         with pytest.raises(KeyError, match="missing"):
             list(run.entries(lambda *_: None))
+
+
+BEAT = """
+robot Cart {{
+    component Base {{
+        outgoing message beat with identifier: "/beat", timeout: 10 s, type: {type}
+        incoming message go with identifier: "/go", type: double
+    }}
+    requirement go needs beat.fresh
+    provide go with 0.5
+    datatype enum Level from double to {{ value > 0.5 -> high default -> low }}
+}}
+"""
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+@pytest.mark.parametrize(
+    ("type_", "recorded", "data"),
+    [
+        ("boolean", "Bool", True),
+        ("integer", "Int16", 7),
+        ("integer(0..9)", "Int16", 7),
+        ("double", "Float32", 0.5),
+        ("string", "String", "on"),
+        ("Level", "Float32", 0.5),
+    ],
+)
+def test_a_heartbeat_whose_data_nobody_reads(
+    tmp_path: Path, kind: str, type_: str, recorded: str, data: Any
+) -> None:
+    writer = BagWriter(tmp_path / f"run.{kind}", {})
+    for second in range(3):
+        writer.write("/beat", f"std_msgs/msg/{recorded}", START + second, {"data": data})
+        writer.write("/go", "std_msgs/msg/Float32", START + second + 0.5, {"data": 0.5})
+    writer.close()
+    found = judged(supervisor_of(BEAT.format(type=type_)), writer.path)
+    assert [(f.event, f.reasons) for f in found.findings] == []
+    assert (found.events, found.commands) == (6, 3)
+
+
+def test_a_number_outside_its_range_that_nobody_reads_is_found(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "run.bag", {})
+    writer.write("/beat", "std_msgs/msg/Int16", START, {"data": 11})
+    writer.close()
+    found = judged(supervisor_of(BEAT.format(type="integer(0..9)")), writer.path)
+    assert [(f.sort, f.event) for f in found.findings] == [("departure", "beat.response")]
+
+
+MOVER = """
+robot Mover {{
+    component Base {{
+        incoming message move with identifier: "/move", type: {type}
+    }}
+    {statements}
+    stop with nothing
+}}
+"""
+
+
+def moved(folder: Path, kind: str, type_: str, *sent: Any) -> Path:
+    writer = BagWriter(folder / f"run.{kind}", {})
+    for second, data in enumerate(sent):
+        writer.write("/move", f"std_msgs/msg/{type_}", START + 2 * second, {"data": data})
+    writer.close()
+    return writer.path
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_arrays_are_corrected_as_they_would_arrive(tmp_path: Path, kind: str) -> None:
+    statements = """
+        requirement move needs all(x <= 0.5 for x in value.data)
+        provide move with { data: [min(x, 0.5) for x in value.data] }
+    """
+    model = MOVER.format(type="std_msgs/Float32MultiArray", statements=statements)
+    sent = [numpy.array(one, dtype="float32") for one in ([], [0.25, 0.5], [0.25, 0.75])]
+    path = moved(tmp_path, kind, "Float32MultiArray", *sent)
+    found = judged(supervisor_of(model, supervises=True), path)
+    assert [(f.sort, f.time - START) for f in found.findings] == [
+        ("violation", 4.0),
+        ("corrected", 4.0),
+    ]
+    assert found.findings[1].reasons[0].endswith("data [0.25, 0.75] becomes [0.25, 0.5]")
+
+
+def test_what_was_sent_is_judged_by_its_own_data(tmp_path: Path) -> None:
+    """A correction that is refused itself: what it makes of a command was never sent."""
+    statements = "requirement move needs value <= 0.5 provide move with value * 2"
+    model = MOVER.format(type="double", statements=statements)
+    path = moved(tmp_path, "bag", "Float32", 0.125, 0.375, 0.625)
+    found = judged(supervisor_of(model, supervises=True), path)
+    assert [(f.sort, f.time - START) for f in found.findings] == [
+        ("corrected", 0.0),
+        ("blocked", 2.0),
+        ("violation", 4.0),
+    ]
+    blocked, violated = (f.reasons[0] for f in found.findings[1:])
+    assert blocked.startswith("data 0.375 becomes 0.75: requirement move needs value <= 0.5 (")
+    assert blocked.endswith("value is 0.75")
+    assert violated.endswith("value is 0.625")

@@ -271,9 +271,10 @@ def _with_arrays(store: Any, message: Any, wide: Mapping[str, list[str]]) -> Any
     for name, blank in vars(default_message(store, message.__msgtype__)).items():
         value = getattr(message, name)
         if hasattr(blank, "dtype"):
-            blank.resize(len(value), refcheck=False)
-            blank[:] = list(value)
-            setattr(message, name, blank)
+            made = blank.copy()  # that of a default is a view of bytes
+            made.resize(len(value), refcheck=False)
+            made[:] = list(value)
+            setattr(message, name, made)
         elif hasattr(value, "__msgtype__"):
             _with_arrays(store, value, wide)
         elif isinstance(value, list):
