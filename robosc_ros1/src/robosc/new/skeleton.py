@@ -109,7 +109,8 @@ def from_survey(
 
     ``pauses`` are those of each topic that was heard; ``origin`` says where all comes from;
     ``absent`` has types that are not defined on this machine, and is only named in a comment, as
-    are ``notes`` and what is ``misnamed``. Those whose package is not there, but that were ``recorded``, are declared.
+    are ``notes`` and what is ``misnamed``. Those whose package is not there, but that were
+    ``recorded``, are declared.
     """
     names = _Names(name)
     types = _Types(names, recorded or {}, survey.declared)

@@ -56,7 +56,7 @@ def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], types
 
 def parts_taken(robot: Robot, event: Event) -> Collection[tuple[str | int, ...]]:
     """Return the parts of an event's value that are taken from its message: of an object those that
-    are read, of any other type the whole, which is converted and checked even if nobody reads it."""
+    are read, of any other type the whole, which is converted and checked in any case."""
     type_ = value_type(robot, event)
     if isinstance(type_, types.NoneType):
         return ()
