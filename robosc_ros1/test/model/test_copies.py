@@ -8,6 +8,7 @@ import pytest
 
 from robosc.errors import render_all
 from robosc.expr.evaluation import evaluate
+from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, StateRef
 from robosc.model.entities import Robot
 from robosc.model.resolve import load
@@ -146,6 +147,28 @@ def test_conditions_over_some_components() -> None:
     assert slice_ == {bits: bits & 0b110 != 0 for bits in range(8)}
     filtered = needs("all(s.waiting for s in Station if !Station[1].waiting)")
     assert filtered == {bits: bits in (0b111,) or bits & 1 != 0 for bits in range(8)}
+
+
+@pytest.mark.parametrize("first", [-2, -1, 0])
+@pytest.mark.parametrize(("low", "high"), [(0, 0), (0, 1), (1, 1), (0, 2)])
+def test_a_bound_of_some_components_may_be_zero(first: int, low: int, high: int) -> None:
+    """The bounds of a part of a family are numbers like all others: 0 is none that is left out."""
+    robot = resolved(
+        f"""
+        component Gate[{first}..{first + 2}] {{
+            outgoing message call with type: none
+            incoming message go with type: none
+            behaviour {{
+                initial marked state shut {{ on response from call goto ajar }}
+                marked state ajar {{ on request to go goto shut }}
+            }}
+        }}
+        requirement Gate[{first}].go needs any(g.ajar for g in Gate[{first + low}..{first + high}])
+        """
+    )
+    (requirement,) = robot.requirements
+    read = {leaf.component for leaf in walk(requirement.condition) if isinstance(leaf, StateRef)}
+    assert read == {f"Gate[{n}]" for n in range(first + low, first + high + 1)}
 
 
 SCANNERS = """

@@ -240,6 +240,22 @@ def test_what_is_left_out_is_told_by_name(robosc: Robosc, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("version", ["1", "2"])
+def test_names_that_ros_does_not_allow_are_left_out(
+    robosc: Robosc, tmp_path: Path, version: str
+) -> None:
+    """Those who write recordings without ROS name topics as they like."""
+    wrong = ["/front-laser/scan", '/the "scan"', "/1st/scan", "/scans//all", "/tëst", "/s/{index}"]
+    topics = [ROBOT[0], *((name, "sensor_msgs/msg/LaserScan", "") for name in wrong)]
+    made = bag_of_ros_1(tmp_path, topics) if version == "1" else (
+        bag_of_ros_2(tmp_path, topics, "MCAP")
+    )  # fmt: skip
+    text = model(robosc, tmp_path, made)
+    assert text.count("outgoing message") == 1
+    _, _, left_out = text.partition("// Left out, since ROS does not allow these names: ")
+    assert all(repr(name) in left_out for name in wrong)
+
+
+@pytest.mark.parametrize("version", ["1", "2"])
 def test_what_is_sent_for_those_who_come_later_has_no_timeout(tmp_path: Path, version: str) -> None:
     topics = [("/map", "nav_msgs/msg/OccupancyGrid", "/maps"), *ROBOT]
     bag = (

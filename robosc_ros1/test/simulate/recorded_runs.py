@@ -66,7 +66,7 @@ class BagWriter:
         # Those of one topic keep their order.
         time = self._last[topic] = max(time, self._last.get(topic, 0.0))
         message = default_message(self.store, type_)
-        fill(message, data)
+        fill(self.store, message, data)
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         if stamp is not None and not stamp.sec:
             stamp.sec, stamp.nanosec = int(time), int(time % 1 * 1e9)
@@ -255,7 +255,7 @@ class Run:
         data = make(self.time - START, self.random)
         if data is not None:
             message = default_message(self._bag.store, self._type(ones[0]))
-            fill(message, data)
+            fill(self._bag.store, message, data)
             self._engine.poster([one.key for one in ones])(message)
             self._record(topic, self._type(ones[0]), data)
         self._at(period, lambda: self._sense(topic, period, make))

@@ -487,7 +487,7 @@ def test_the_reason_of_an_error(
     bag.write("/walk/goal", "robot_common/msg/GrabberActionGoal", START, goal)
     array = "actionlib_msgs/msg/GoalStatusArray"
     one = default_message(bag.store, "actionlib_msgs/msg/GoalStatus")
-    fill(one, {**goal, "status": 1})
+    fill(bag.store, one, {**goal, "status": 1})
     for second in range(6):  # a server that keeps silent for 5 s is lost
         bag.write("/walk/status", array, START + 0.2 + second, {"status_list": [one]})
     if cancelled:

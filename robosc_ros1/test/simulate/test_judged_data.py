@@ -183,7 +183,7 @@ def test_calls_of_ros_2_are_judged_by_their_data_where_they_are_recorded(
     for number, data in enumerate((True, False)):
         info = {"event_type": 0, "sequence_number": number}
         request = default_message(writer.store, f"{type_}_Request")
-        fill(request, {"data": data})
+        fill(writer.store, request, {"data": data})
         event = {"info": info, "request": [request] if contents else []}
         writer.write("/lock/_service_event", f"{type_}_Event", START + number, event)
         answer = {"info": {**info, "event_type": 3}}
@@ -215,3 +215,165 @@ def test_an_error_of_the_engine_ends_the_replay(tmp_path: Path, limiter: Supervi
         run.engine.invoke(lambda: {}["missing"])
         with pytest.raises(KeyError, match="missing"):
             list(run.entries(lambda *_: None))
+
+
+BEAT = """
+robot Cart {{
+    component Base {{
+        outgoing message beat with identifier: "/beat", timeout: 10 s, type: {type}
+        incoming message go with identifier: "/go", type: double
+    }}
+    requirement go needs beat.fresh
+    provide go with 0.5
+    datatype enum Level from double to {{ value > 0.5 -> high default -> low }}
+}}
+"""
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+@pytest.mark.parametrize(
+    ("type_", "recorded", "data"),
+    [
+        ("boolean", "Bool", True),
+        ("integer", "Int16", 7),
+        ("integer(0..9)", "Int16", 7),
+        ("double", "Float32", 0.5),
+        ("string", "String", "on"),
+        ("Level", "Float32", 0.5),
+    ],
+)
+def test_a_heartbeat_whose_data_nobody_reads(
+    tmp_path: Path, kind: str, type_: str, recorded: str, data: Any
+) -> None:
+    writer = BagWriter(tmp_path / f"run.{kind}", {})
+    for second in range(3):
+        writer.write("/beat", f"std_msgs/msg/{recorded}", START + second, {"data": data})
+        writer.write("/go", "std_msgs/msg/Float32", START + second + 0.5, {"data": 0.5})
+    writer.close()
+    found = judged(supervisor_of(BEAT.format(type=type_)), writer.path)
+    assert [(f.event, f.reasons) for f in found.findings] == []
+    assert (found.events, found.commands) == (6, 3)
+
+
+def test_a_number_outside_its_range_that_nobody_reads_is_found(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / "run.bag", {})
+    writer.write("/beat", "std_msgs/msg/Int16", START, {"data": 11})
+    writer.close()
+    found = judged(supervisor_of(BEAT.format(type="integer(0..9)")), writer.path)
+    assert [(f.sort, f.event) for f in found.findings] == [("departure", "beat.response")]
+
+
+MOVER = """
+robot Mover {{
+    component Base {{
+        incoming message move with identifier: "/move", type: {type}
+    }}
+    {statements}
+    stop with nothing
+}}
+"""
+
+
+def moved(folder: Path, kind: str, type_: str, *sent: Any) -> Path:
+    writer = BagWriter(folder / f"run.{kind}", {})
+    for second, data in enumerate(sent):
+        writer.write("/move", f"std_msgs/msg/{type_}", START + 2 * second, {"data": data})
+    writer.close()
+    return writer.path
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_arrays_are_corrected_as_they_would_arrive(tmp_path: Path, kind: str) -> None:
+    statements = """
+        requirement move needs all(x <= 0.5 for x in value.data)
+        provide move with { data: [min(x, 0.5) for x in value.data] }
+    """
+    model = MOVER.format(type="std_msgs/Float32MultiArray", statements=statements)
+    sent = [numpy.array(one, dtype="float32") for one in ([], [0.25, 0.5], [0.25, 0.75])]
+    path = moved(tmp_path, kind, "Float32MultiArray", *sent)
+    found = judged(supervisor_of(model, supervises=True), path)
+    assert [(f.sort, f.time - START) for f in found.findings] == [
+        ("violation", 4.0),
+        ("corrected", 4.0),
+    ]
+    assert found.findings[1].reasons[0].endswith("data [0.25, 0.75] becomes [0.25, 0.5]")
+
+
+def test_what_was_sent_is_judged_by_its_own_data(tmp_path: Path) -> None:
+    """A correction that is refused itself: what it makes of a command was never sent."""
+    statements = "requirement move needs value <= 0.5 provide move with value * 2"
+    model = MOVER.format(type="double", statements=statements)
+    path = moved(tmp_path, "bag", "Float32", 0.125, 0.375, 0.625)
+    found = judged(supervisor_of(model, supervises=True), path)
+    assert [(f.sort, f.time - START) for f in found.findings] == [
+        ("corrected", 0.0),
+        ("blocked", 2.0),
+        ("violation", 4.0),
+    ]
+    blocked, violated = (f.reasons[0] for f in found.findings[1:])
+    assert blocked.startswith("data 0.375 becomes 0.75: requirement move needs value <= 0.5 (")
+    assert blocked.endswith("value is 0.75")
+    assert violated.endswith("value is 0.625")
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_arrays_of_messages_are_corrected_as_they_would_arrive(tmp_path: Path, kind: str) -> None:
+    type_ = "trajectory_msgs/msg/JointTrajectory"
+    statements = """
+        provide move with {
+            header: { stamp: now() },
+            points: [
+                { velocities: [min(v, 0.5) for v in p.velocities], time_from_start: 1.5 s }
+                for p in value.points
+            ]
+        }
+    """
+    writer = BagWriter(tmp_path / f"run.{kind}", {})
+    points = []
+    for speeds in ([0.25], [0.25, 0.75]):
+        one = default_message(writer.store, "trajectory_msgs/msg/JointTrajectoryPoint")
+        points.append(fill(writer.store, one, {"velocities": numpy.array(speeds)}))
+    writer.write("/move", type_, START, {"points": points})
+    writer.write("/move", type_, START + 2, {"points": []})
+    writer.close()
+    model = MOVER.format(type="trajectory_msgs/JointTrajectory", statements=statements)
+    (found,) = judged(supervisor_of(model, supervises=True), writer.path).findings
+    assert (found.sort, found.time) == ("corrected", START)
+    _, _, made = found.reasons[0].partition(" becomes ")
+    empty = "{{'positions': [], 'velocities': {}, 'accelerations': [], 'effort': [], {}}}"
+    time = "'time_from_start': {'sec': 1, 'nanosec': 500000000}"
+    assert made == f"[{empty.format([0.25], time)}, {empty.format([0.25, 0.5], time)}]"
+
+
+@pytest.mark.parametrize("header", ["", "std_msgs/Header header\n"])
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_basic_types_of_messages_that_only_the_recording_defines(
+    tmp_path: Path, kind: str, header: str
+) -> None:
+    """Which field it is that a ``double`` links is not known when the controller is made."""
+    model = """
+        robot Cart {
+            component Base {
+                outgoing message level with identifier: "/level", type: double links number
+                incoming message go with identifier: "/go", type: double links number
+                behaviour {
+                    variable level: double
+                    initial marked state reading { on response from level do level := value }
+                }
+            }
+            requirement go needs Base.level > 1.0
+            provide go with min(value, 3.0)
+            stop with nothing
+            interface number use Number from unknown_number_msgs
+        }
+    """
+    type_ = "unknown_number_msgs/msg/Number"
+    writer = BagWriter(tmp_path / f"run.{kind}", {type_: f"{header}float64 x\n"})
+    for second, (topic, number) in enumerate(
+        [("level", 0.5), ("go", 2.0), ("level", 1.5), ("go", 2.0), ("go", 4.0)]
+    ):
+        writer.write(f"/{topic}", type_, START + second, {"x": number})
+    writer.close()
+    found = judged(supervisor_of(model, supervises=True), writer.path).findings
+    assert [(f.sort, f.time - START) for f in found] == [("violation", 1.0), ("corrected", 4.0)]
+    assert found[1].reasons[0].endswith("x 4.0 becomes 3.0")

@@ -78,6 +78,10 @@ _ABSENT = """
     // packages, or source the workspace that has them, and make the model again.
 """
 
+_MISNAMED = """
+    // Left out, since ROS does not allow these names:
+"""
+
 _DECLARED = """
     // Types whose packages are not on this machine, as they were recorded. With the package, write
     // type: PACKAGE/TYPE instead.
@@ -99,12 +103,14 @@ def from_survey(
     absent: Sequence[Offer] = (),
     recorded: Mapping[str, Definition] | None = None,
     notes: Sequence[str] = (),
+    misnamed: Sequence[str] = (),
 ) -> str:
     """The text of a model with all that was found.
 
     ``pauses`` are those of each topic that was heard; ``origin`` says where all comes from;
     ``absent`` has types that are not defined on this machine, and is only named in a comment, as
-    are ``notes``. Those whose package is not there, but that were ``recorded``, are declared.
+    are ``notes`` and what is ``misnamed``. Those whose package is not there, but that were
+    ``recorded``, are declared.
     """
     names = _Names(name)
     types = _Types(names, recorded or {}, survey.declared)
@@ -149,6 +155,9 @@ def from_survey(
         lines += (
             f"    //   {_printable(offer.name)}: {_printable(offer.type)}\n" for offer in absent
         )
+    if misnamed:
+        lines.append(_MISNAMED)
+        lines += (f"    //   {_printable(repr(one))}\n" for one in misnamed)
     return "".join(lines) + "}\n"
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from robosc.errors import UsageError, counted
 from robosc.language.attributes import TRANSFORM_TYPE
 from robosc.model.ros import interfaces
 from robosc.model.ros.definitions import MessageDefinitions
+from robosc.names import ros_name_fault
 from robosc.new import from_bag, from_ros1, from_ros2, skeleton
 from robosc.new.declared_types import parts
 from robosc.new.survey import Offer, RosGraph, Spacing, Survey, survey
@@ -65,12 +67,31 @@ def _model(
     for note in notes:
         print(note)
     definitions = MessageDefinitions.for_model(Path(f"{name}.rscd"))
+    seen, misnamed = _named(seen)
     here, absent = _defined(seen, definitions, recorded or {})
     if absent:
         print(
             f"left out, since their types are not defined here: {', '.join(o.name for o in absent)}"
         )
-    return skeleton.from_survey(name, here, pauses, origin, absent, recorded, notes)
+    if misnamed:
+        print(f"left out, since ROS does not allow their names: {', '.join(map(repr, misnamed))}")
+    return skeleton.from_survey(name, here, pauses, origin, absent, recorded, notes, misnamed)
+
+
+def _named(survey: Survey) -> tuple[Survey, list[str]]:
+    """What a model can name, and the names that it cannot: recorders of others write any text."""
+    misnamed: list[str] = []
+
+    def allowed(offers: Iterable[Offer]) -> tuple[Offer, ...]:
+        faults = [(offer, ros_name_fault(offer.name)) for offer in offers]
+        misnamed.extend(offer.name for offer, fault in faults if fault is not None)
+        return tuple(offer for offer, fault in faults if fault is None)
+
+    here = replace(
+        survey, outgoing=allowed(survey.outgoing), incoming=allowed(survey.incoming),
+        services=allowed(survey.services), actions=allowed(survey.actions),
+    )  # fmt: skip
+    return here, misnamed
 
 
 def _defined(

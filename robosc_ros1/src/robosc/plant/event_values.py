@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind
@@ -52,6 +52,15 @@ def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], types
                 readers += [] if transition.guard is None else [transition.guard]
     parts = values_read(readers)
     return {path: p.type for path, p in parts.items() if not isinstance(p, tree.ReasonRef)}
+
+
+def parts_taken(robot: Robot, event: Event) -> Collection[tuple[str | int, ...]]:
+    """Return the parts of an event's value that are taken from its message: of an object those that
+    are read, of any other type the whole, which is converted and checked in any case."""
+    type_ = value_type(robot, event)
+    if isinstance(type_, types.NoneType):
+        return ()
+    return value_parts(robot, event) if isinstance(type_, types.ObjectType) else ((),)
 
 
 def values_read(exprs: Iterable[tree.Expr]) -> dict[tuple[str | int, ...], tree.ValueRef]:

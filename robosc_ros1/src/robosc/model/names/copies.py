@@ -378,7 +378,9 @@ class _Writer:
                     hint = f"the indexes are {first}..{last}"
                     message = f"there is no {copy_name(name, index)}"
                     self._report.add("bad-index", place.span, message, hint)
-            first, last = max(first, low or first), min(last, high or last)
+            # A bound may be 0: only one that was reported counts as left out.
+            first = first if low is None else max(first, low)
+            last = last if high is None else min(last, high)
         return [copy_name(name, index) for index in range(first, last + 1)]
 
     def _over_components(

@@ -10,7 +10,7 @@ from ..core.calls import OwnEffects
 from ..core.engine_parts import EngineParts
 from ..core.model import Command
 from ..core.port import Port
-from ..core.reasons import CORRECTION, blocked_by, violated
+from ..core.reasons import CORRECTION, blocked_by, reason_text, violated
 from ..core.scheduler import ScheduledCommand
 from ..core.values import Mismatch, Undefined, not_finite
 from .matching import CommandPattern, changed_fields
@@ -143,7 +143,11 @@ class Judge:
 
     def objections(self, command: ScheduledCommand, message: Any, data: tuple[Any, ...]) -> Reasons:
         """Return why a message that was sent would not have been passed on as it is now; empty if
-        it would."""
+        it would.
+
+        What was sent is what is in effect: only its own data violate a requirement. What those of
+        its correction violate would have been blocked.
+        """
         row = command.row
         reasons = self.reasons(command.key, command.kind, data)
         if row.correct is None or row.read is None:
@@ -159,10 +163,11 @@ class Judge:
             return [*reasons, {"kind": "data", "text": NOTHING_TO_CORRECT_BY}]
         except UNFIT as error:
             return [*reasons, {"kind": "data", "text": str(error)}]
-        if blocked:
-            return blocked
         fields = told["fields"].items()
         because = ["%s %s becomes %s" % (path, f["sent"], f["made"]) for path, f in fields]
+        if blocked:
+            text = "%s: %s" % (", ".join(because), "; ".join(map(reason_text, blocked)))
+            return reasons or [{"kind": "data", "text": text}]
         correction = {
             "kind": CORRECTION, "text": told["by"], "place": told["place"], "because": because
         }  # fmt: skip

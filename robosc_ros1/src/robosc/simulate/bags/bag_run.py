@@ -20,7 +20,7 @@ from robosc.errors import UsageError
 from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Communication, Robot
-from robosc.plant.event_values import value_parts
+from robosc.plant.event_values import parts_taken
 from robosc.progress import Progress
 from robosc.runtime.core import transforms
 from robosc.runtime.core.engine import Engine
@@ -528,7 +528,7 @@ class BagRun:
             self._short_ways[topic] = self._judge.short_way(entry)
         robot, events = self.supervisor.plant.robot, self.supervisor.plant.events
         read = (
-            value_parts(robot, e) for e in events if e.key in keys and e.kind is EventKind.RESPONSE
+            parts_taken(robot, e) for e in events if e.key in keys and e.kind is EventKind.RESPONSE
         )
         paths = {_of_fields(path) for parts in read for path in parts}
         if () not in paths:

@@ -16,7 +16,7 @@ from robosc.errors import UsageError
 from robosc.model.ros.interfaces import Definition, FieldType
 from robosc.model.ros.recorded import definitions
 from robosc.runtime.core.ages import seconds_of
-from robosc.runtime.core.values import only_field
+from robosc.runtime.core.values import NOW, fields_of, only_field
 from robosc.simulate.bags.selected_fields import TIME, Definitions, Path, Selected, selecting
 from robosc.simulate.bags.storage import Channel
 
@@ -26,6 +26,7 @@ _IN_ROS_1 = {
     "duration": "builtin_interfaces/Duration",
 }  # fmt: skip
 """What rosbags calls types of ROS 1."""
+_PARTS_OF_TIMES = {"secs": "sec", "nsecs": "nanosec"}
 
 
 def stored(type_: str) -> str:
@@ -102,7 +103,7 @@ class MessageTypes:
     def arrived(self, message: Any, data: dict[str, Any]) -> Any:
         """The message with other fields, as it would arrive."""
         message = deepcopy(message)
-        fill(message, data)
+        fill(self.store, message, data)
         pack = self.store.serialize_ros1 if self.is_ros_1 else self.store.serialize_cdr
         return self.read(bytes(pack(_with_arrays(self.store, message, self._wide), self.name)))
 
@@ -194,7 +195,8 @@ def _as_in_ros(name: str, type_: Any) -> None:
     """Give a class the names that those of ROS have, by which the runtime knows headers, too."""
     type_.__module__ = name.rpartition("/")[0].replace("/", ".")
     type_.__name__ = name.rpartition("/")[2]
-    type_.__slots__ = tuple(f.name for f in fields(type_) if f.name != _NO_FIELD)
+    own = (_NO_FIELD, "__msgtype__")  # of rosbags
+    type_.__slots__ = tuple(f.name for f in fields(type_) if f.name not in own)
 
 
 def default_message(store: Any, type_: str) -> Any:
@@ -271,9 +273,10 @@ def _with_arrays(store: Any, message: Any, wide: Mapping[str, list[str]]) -> Any
     for name, blank in vars(default_message(store, message.__msgtype__)).items():
         value = getattr(message, name)
         if hasattr(blank, "dtype"):
-            blank.resize(len(value), refcheck=False)
-            blank[:] = list(value)
-            setattr(message, name, blank)
+            made = blank.copy()  # that of a default is a view of bytes
+            made.resize(len(value), refcheck=False)
+            made[:] = list(value)
+            setattr(message, name, made)
         elif hasattr(value, "__msgtype__"):
             _with_arrays(store, value, wide)
         elif isinstance(value, list):
@@ -287,11 +290,29 @@ _ENOUGH = 2**16
 """Bytes of a message whose arrays of any length are empty."""
 
 
-def fill(message: Any, data: dict[str, Any]) -> None:
-    for name, value in data.items():
+def fill(store: Any, message: Any, data: Any) -> Any:
+    """Return the message with the given fields set, as nodes fill those of ROS; or the data, if
+    they are such a message."""
+    if getattr(data, "__msgtype__", None) == message.__msgtype__:
+        return data
+    types = dict(store.fielddefs[message.__msgtype__][1])
+    for name, value in fields_of(data, types):
+        name = _PARTS_OF_TIMES.get(name, name) if name not in types else name
         name = name or only_field(message)
-        name = name if hasattr(message, name) else f"{name}_"
-        if isinstance(value, dict):
-            fill(getattr(message, name), value)
-        else:
-            setattr(message, name, value)
+        name = name if name in types else f"{name}_"
+        setattr(message, name, _field_value(store, types[name], getattr(message, name), value))
+    return message
+
+
+def _field_value(store: Any, type_: Any, old: Any, value: Any) -> Any:
+    from rosbags.interfaces import Nodetype
+
+    kind, what = type_
+    if value is NOW:
+        return old  # a recording does not tell when its correction would have been sent
+    if kind == Nodetype.NAME:
+        return fill(store, old, value)
+    if kind != Nodetype.BASE and what[0][0] == Nodetype.NAME:
+        name = what[0][1]
+        return [fill(store, default_message(store, name), element) for element in value]
+    return value
