@@ -22,9 +22,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-__all__ = ["main", "synthesize_with_faudes"]
+__all__ = ["command_time", "main", "synthesize_with_faudes"]
 
 HERE = Path(__file__).resolve().parent
+SOURCES = HERE.parent.parent / "src"
 
 
 @dataclass(frozen=True)
@@ -229,7 +230,7 @@ def _commands(quick: bool) -> int:
     for family, sizes in published_families.SIZES.items():
         row = f"{family:<14}"
         for size in sizes[:2] if quick else sizes:
-            seconds, megabytes = _command_time(getattr(published_families, family)(*size))
+            seconds, megabytes = command_time(getattr(published_families, family)(*size))
             most = _LARGE_COMMANDS.get((family, size), _COMMAND_SECONDS)
             late = f" (target {most:g} s)" if seconds > most else ""
             missed += bool(late)
@@ -238,16 +239,30 @@ def _commands(quick: bool) -> int:
     return missed
 
 
-def _command_time(text: str) -> tuple[float, int]:
-    with tempfile.NamedTemporaryFile("w", suffix=".rscd") as model:
+def command_time(text: str) -> tuple[float, int]:
+    """Processor seconds and megabytes of ``robosc synthesize`` of this checkout.
+
+    Raises SystemExit with what the command said, if it fails.
+    """
+    sources = os.pathsep.join([str(SOURCES), *filter(None, [os.environ.get("PYTHONPATH")])])
+    with (
+        tempfile.NamedTemporaryFile("w", suffix=".rscd") as model,
+        tempfile.TemporaryFile("w+") as said,
+    ):
         model.write(text)
         model.flush()
         command = [sys.executable, "-m", "robosc", "synthesize", model.name]
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
+        with subprocess.Popen(
+            command,
+            env=os.environ | {"PYTHONPATH": sources},
+            stdout=subprocess.DEVNULL,
+            stderr=said,
+        ) as run:
             _, status, used = os.wait4(run.pid, 0)
             run.returncode = os.waitstatus_to_exitcode(status)
-    if run.returncode:
-        raise SystemExit(f"{' '.join(command)} failed")
+        if run.returncode:
+            said.seek(0)
+            raise SystemExit(f"{' '.join(command)} failed:\n{said.read()}")
     return used.ru_utime + used.ru_stime, used.ru_maxrss // 1024
 
 
@@ -373,5 +388,5 @@ def synthesize_with_faudes(plant: Any) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    sys.path[:0] = [str(HERE.parent), str(HERE.parent.parent / "src")]
+    sys.path[:0] = [str(HERE.parent), str(SOURCES)]
     raise SystemExit(main())
