@@ -12,7 +12,7 @@ import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 from robosc import errors, limits, remedies
 from robosc.language.keywords import KEYWORDS, UNITS, Role, words_of
@@ -96,6 +96,7 @@ _CLASSES = {
 }
 
 
+@cache
 def pattern(text: str) -> re.Pattern[str]:
     """Return a regular expression on kinds, compiled from the form that :func:`on_kinds` reads."""
     return re.compile(on_kinds(text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from pyparsing import ParserElement
@@ -12,7 +13,7 @@ from robosc.language import keywords, tokens
 from robosc.syntax import declarations, expressions, leaves, nodes
 from robosc.syntax import terminals as t
 from robosc.syntax.blocks import Block, Child, Rule, items_of
-from robosc.syntax.elements import built, choice, keyword, listed, maybe, nothing, symbol, terminal
+from robosc.syntax.elements import built, choice, keyword, listed, maybe, symbol, terminal
 from robosc.syntax.parse_state import Fault, ParseState
 
 
@@ -49,20 +50,19 @@ def _performs() -> ParserElement:
     return maybe(built(performing, leaves.make_node(nodes.PerformsNode)))
 
 
-def _retry() -> Rule:
+def _retry() -> ParserElement:
     times = terminal("INTEGER", "a number of times", _build_times)
-    grammar = (
+    return (
         maybe(times - choice("times", "'times' after the number"))
         - maybe(keyword("every") - t.duration("a duration after 'every'"))
         - _goto()
         - maybe(built(keyword("else") - _effect(), leaves.make_node(nodes.EffectNode)))
     )
 
-    def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.RetryNode:
-        *count, every, goto, rest = parts
-        return nodes.RetryNode(count[0], every, goto, rest, span=reading.span(start, end))
 
-    return Rule(grammar, build)
+def _build_retry(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.RetryNode:
+    *count, every, goto, rest = parts
+    return nodes.RetryNode(count[0], every, goto, rest, span=reading.span(start, end))
 
 
 def _build_times(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.LiteralNode:
@@ -71,25 +71,37 @@ def _build_times(reading: ParseState, start: int, end: int, parts: list[Any]) ->
 
 
 def _transitions() -> dict[str, Rule]:
-    effect = _effect()
-    guard = maybe(terminal("else", "'else'", leaves.make_node(nodes.ElseNode)) | condition_part())
+    return {
+        "on": Rule(_on, leaves.make_node(nodes.ResultTransitionNode), tail=_clauses_missing),
+        "transition": Rule(_tau, leaves.make_node(nodes.TauNode), tail=_clauses_missing),
+        "after": Rule(_after, leaves.make_node(nodes.AfterNode), tail=_clauses_missing),
+        "retry": Rule(_retry, _build_retry),
+    }
+
+
+def _on() -> ParserElement:
     events = keywords.words_of(keywords.Role.EVENT)
     expected = listing((f"'{word}'" for word in events), "or") + " after 'on'"
-    result = (
+    return (
         built(listed(terminal(" | ".join(events), expected, leaves.make_name)), leaves.make_tuple)
         - terminal("from | to", "'from' or 'to' after the kind of event")
         - t.communications("the name of a communication")
-        - guard
-        - effect
+        - _guard()
+        - _effect()
     )
-    after = t.duration("a duration after 'after'") - maybe(condition_part()) - effect
-    tau = guard + effect
-    return {
-        "on": Rule(result, leaves.make_node(nodes.ResultTransitionNode), tail=_clauses_missing),
-        "transition": Rule(tau, leaves.make_node(nodes.TauNode), tail=_clauses_missing),
-        "after": Rule(after, leaves.make_node(nodes.AfterNode), tail=_clauses_missing),
-        "retry": _retry(),
-    }
+
+
+def _tau() -> ParserElement:
+    return _guard() + _effect()
+
+
+def _after() -> ParserElement:
+    return t.duration("a duration after 'after'") - maybe(condition_part()) - _effect()
+
+
+def _guard() -> ParserElement:
+    otherwise = terminal("else", "'else'", leaves.make_node(nodes.ElseNode))
+    return maybe(otherwise | condition_part())
 
 
 def _clauses_missing(node: Any) -> tuple[str, ...]:
@@ -106,11 +118,6 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
 
     ``block`` returns that of its items, which may be states.
     """
-    named = t.name("a name for the state") - maybe(condition_part()) - _performs() - _opens()
-    plain = keyword("state", f"'state' after '{first}'") - named
-    late = terminal("initial", "", _late_initial)
-    second = maybe(choice("marked", "'marked'") if first == "initial" else late)
-    initial = second - keyword("state", "'marked' or 'state' after 'initial'") - named
 
     def build(reading: ParseState, start: int, end: int, parts: list[Any]) -> nodes.StateNode:
         also = parts.pop(0) is not None if first != "state" else False
@@ -124,8 +131,30 @@ def _state(block: Callable[[], Block], first: str) -> Rule:
         inside = items[0] if items else ()
         return nodes.StateNode(name, is_initial, is_marked, inside, performs, when, span=span)
 
-    grammar = {"initial": initial, "marked": second + plain, "state": named}[first]
-    return Rule(grammar, build, block=lambda parts: _block_of(parts, block))
+    return Rule(_STATES[first], build, block=lambda parts: _block_of(parts, block))
+
+
+def _initial_state() -> ParserElement:
+    second = maybe(choice("marked", "'marked'"))
+    return second - keyword("state", "'marked' or 'state' after 'initial'") - _named_state()
+
+
+def _marked_state() -> ParserElement:
+    second = maybe(terminal("initial", "", _late_initial))
+    return second + (keyword("state", "'state' after 'marked'") - _named_state())
+
+
+@cache
+def _named_state() -> ParserElement:
+    name = t.name("a name for the state")
+    return name - maybe(condition_part()) - _performs() - _opens()
+
+
+_STATES: dict[str, Callable[[], ParserElement]] = {
+    "initial": _initial_state,
+    "marked": _marked_state,
+    "state": _named_state,
+}
 
 
 def _opens() -> ParserElement:
@@ -146,19 +175,24 @@ def _late_initial(reading: ParseState, start: int, end: int, parts: list[Any]) -
 
 def _variable(persistent: bool) -> Rule:
     """The rule of a variable whose first keyword is ``persistent`` or ``variable``."""
-    word = "'variable' after 'persistent'"
-    first = keyword("variable", word) if persistent else nothing()
-    grammar = (
-        first
-        - t.name("a name for the variable")
+    return Rule(
+        _persistent if persistent else _variable_itself,
+        leaves.make_node(nodes.VariableNode, persistent),
+        tail=lambda node: () if node.initial else ("'='",),
+    )
+
+
+def _persistent() -> ParserElement:
+    return keyword("variable", "'variable' after 'persistent'") - _variable_itself()
+
+
+@cache
+def _variable_itself() -> ParserElement:
+    return (
+        t.name("a name for the variable")
         - symbol(":", "':' after the name of the variable")
         - t.type_("a type after ':'")
         - maybe(symbol("=") - expressions.Expression("an initial value after '='"))
-    )
-    return Rule(
-        grammar,
-        leaves.make_node(nodes.VariableNode, persistent),
-        tail=lambda node: () if node.initial else ("'='",),
     )
 
 

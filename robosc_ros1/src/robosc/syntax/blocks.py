@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 from pyparsing import ParserElement
@@ -97,6 +97,7 @@ _NEVER = re.compile(r"(?!)")
 class Rule:
     """One kind of declaration: its grammar behind the first keyword, and how its node is built.
 
+    ``make`` makes the grammar where it is first needed: few models have declarations of all kinds.
     ``block`` returns the block that follows, given the parts, or None; the declarations of that
     block become the last part. ``opening`` is the text for an "expected …" where the block does not
     begin. ``tail`` returns what could still follow at the end of a node, for messages. ``refusal``
@@ -104,15 +105,22 @@ class Rule:
     reported and left out of the tree.
     """
 
-    grammar: ParserElement
+    make: Callable[[], ParserElement]
     build: Build
     block: Callable[[list[Any]], Block | None] = lambda parts: None
     opening: str = ""
     tail: Callable[[Any], tuple[str, ...]] = lambda node: ()
     refusal: str = ""
 
-    def __post_init__(self) -> None:
-        self.grammar = ended(self.grammar)
+    @property
+    def grammar(self) -> ParserElement:
+        return _grammar(self.make)
+
+
+@cache
+def _grammar(make: Callable[[], ParserElement]) -> ParserElement:
+    """One for all rules that are made alike, in robots and libraries."""
+    return ended(make())
 
 
 @dataclass(frozen=True)

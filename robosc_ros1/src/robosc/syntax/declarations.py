@@ -21,6 +21,7 @@ from robosc.syntax.elements import (
     either,
     keyword,
     label,
+    later,
     listed,
     maybe,
     nested,
@@ -31,29 +32,24 @@ from robosc.syntax.elements import (
 
 def object_rules() -> blocks.Block:
     """The block of an object: its properties."""
-    properties = blocks.Rule(
-        t.name("a property name or '}'")
-        - symbol(":", "':' after the property name")
-        - t.type_("a type after ':'"),
-        leaves.make_node(nodes.PropertyNode),
-    )
+    properties = blocks.Rule(_property, leaves.make_node(nodes.PropertyNode))
     begins = tokens.pattern("WORD ':'")
     return blocks.Block(
         blocks.Items(("a property 'name: type'",), {}, free=properties, begins=begins, item=begins)
     )
 
 
+def _property() -> ParserElement:
+    return (
+        t.name("a property name or '}'")
+        - symbol(":", "':' after the property name")
+        - t.type_("a type after ':'")
+    )
+
+
 def enum_rules() -> blocks.Block:
     """The block of an enum: its rules."""
-    # A word before an operator begins the next rule: the value of this one is missing.
-    value = "WORD (?! '->' | INFIX | FOREIGN | '.' | '..' | '[' )"
-    condition = expressions.Expression("a rule 'condition -> value' or '}'") - symbol("->")
-    default = terminal("default '->'", "'default ->'", lambda reading, start, end, parts: None)
-    rules = blocks.Rule(
-        either([default, condition], "a rule 'condition -> value' or '}'")
-        - terminal(value, "the name of the value after '->'", leaves.make_name),
-        leaves.make_node(nodes.EnumRuleNode),
-    )
+    rules = blocks.Rule(_enum_rule, leaves.make_node(nodes.EnumRuleNode))
     begins = tokens.pattern("value | default")
     return blocks.Block(
         blocks.Items(
@@ -62,22 +58,25 @@ def enum_rules() -> blocks.Block:
             free=rules,
             begins=begins,
             item=begins,
-            past=tokens.pattern(f"'->' {value}"),
+            past=tokens.pattern(f"'->' {_ENUM_VALUE}"),
             lines=True,
         )
     )
 
 
+# A word before an operator begins the next rule: the value of this one is missing.
+_ENUM_VALUE = "WORD (?! '->' | INFIX | FOREIGN | '.' | '..' | '[' )"
+
+
+def _enum_rule() -> ParserElement:
+    condition = expressions.Expression("a rule 'condition -> value' or '}'") - symbol("->")
+    default = terminal("default '->'", "'default ->'", lambda reading, start, end, parts: None)
+    either_of = either([default, condition], "a rule 'condition -> value' or '}'")
+    return either_of - terminal(_ENUM_VALUE, "the name of the value after '->'", leaves.make_name)
+
+
 def datatype_rule(object_block: blocks.Block, enum_block: blocks.Block) -> blocks.Rule:
     """``datatype object NAME { … }`` or ``datatype enum NAME from TYPE to { … }``."""
-    object_rule = choice("object", "'object'") - t.name("a name for the object")
-    enum_rule = (
-        choice("enum", "'enum'")
-        - t.name("a name for the enum")
-        - keyword("from", "'from' and the type that is converted")
-        - t.type_("the type that is converted after 'from'")
-        - keyword("to", "'to' after the type")
-    )
 
     def build(
         reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
@@ -87,35 +86,41 @@ def datatype_rule(object_block: blocks.Block, enum_block: blocks.Block) -> block
         return node
 
     return blocks.Rule(
-        either([object_rule, enum_rule], "'object' or 'enum' after 'datatype'"),
+        _datatype,
         build,
         block=lambda parts: object_block if parts[0] == "object" else enum_block,
     )
 
 
+def _datatype() -> ParserElement:
+    object_rule = choice("object", "'object'") - t.name("a name for the object")
+    enum_rule = (
+        choice("enum", "'enum'")
+        - t.name("a name for the enum")
+        - keyword("from", "'from' and the type that is converted")
+        - t.type_("the type that is converted after 'from'")
+        - keyword("to", "'to' after the type")
+    )
+    return either([object_rule, enum_rule], "'object' or 'enum' after 'datatype'")
+
+
 def interface_rule() -> blocks.Rule:
     """``interface NAME use TYPE from PACKAGE``."""
-    grammar = (
+    return blocks.Rule(_interface, leaves.make_node(nodes.InterfaceNode))
+
+
+def _interface() -> ParserElement:
+    return (
         t.name("a name for the interface")
         - keyword("use", "'use' and the ROS type")
         - t.name("the name of the ROS type after 'use'")
         - keyword("from", "'from' and the ROS package")
         - t.name("the name of the ROS package after 'from'")
     )
-    return blocks.Rule(grammar, leaves.make_node(nodes.InterfaceNode))
 
 
 def communication_rule(word: str) -> blocks.Rule:
     """A message, service or action, with its attributes from the table of the language."""
-    if word == "outgoing":
-        grammar = either(
-            [keyword(noun) - _declared(noun, sort) for noun, sort in _OUTGOING.items()],
-            "'message', 'transform', 'service' or 'action' after 'outgoing'",
-        )
-    elif word == "incoming":
-        grammar = keyword("message", f"'message' after '{word}'") - _declared("message", word)
-    else:
-        grammar = _declared(word, word)
 
     def build(
         reading: parse_state.ParseState, start: int, end: int, parts: list[Any]
@@ -123,7 +128,22 @@ def communication_rule(word: str) -> blocks.Rule:
         (made,) = parts
         return cast(nodes.CommunicationNode, replace(made, span=reading.span(start, end)))
 
-    return blocks.Rule(grammar, build, tail=_links_missing)
+    return blocks.Rule(lambda: _communication(word), build, tail=_links_missing)
+
+
+@functools.cache
+def _communication(word: str) -> ParserElement:
+    if word == "outgoing":
+        return either(
+            [
+                keyword(noun) - later(partial(_declared, noun, sort))
+                for noun, sort in _OUTGOING.items()
+            ],
+            "'message', 'transform', 'service' or 'action' after 'outgoing'",
+        )
+    if word == "incoming":
+        return keyword("message", f"'message' after '{word}'") - _declared("message", word)
+    return _declared(word, word)
 
 
 _OUTGOING = {
@@ -232,8 +252,8 @@ def _attribute(attribute: Attribute) -> ParserElement:
         Value.NONE: t.none,
         Value.TYPE: t.type_,
     }
-    value = values[attribute.value](f"{attribute.value.value} after '{attribute.name}:'")
-    return built(label(attribute.name) - value, _named(attribute.name))
+    value = partial(values[attribute.value], f"{attribute.value.value} after '{attribute.name}:'")
+    return built(label(attribute.name) - later(value), _named(attribute.name))
 
 
 def _named(name: str) -> parse_state.Build:
@@ -247,48 +267,60 @@ def _links_missing(node: Any) -> tuple[str, ...]:
 
 def value_rules() -> dict[str, blocks.Rule]:
     """The rules of constants, parameters, named conditions and functions."""
+    return {
+        "function": blocks.Rule(_function, leaves.make_node(nodes.FunctionNode)),
+        "constant": blocks.Rule(_constant, leaves.make_node(nodes.ConstantNode)),
+        "parameter": blocks.Rule(_parameter, leaves.make_node(nodes.ParameterNode)),
+        "condition": blocks.Rule(_condition, leaves.make_node(nodes.ConditionNode)),
+    }
 
-    type_ = t.type_("a type after ':'")
 
-    def typed(what: str, type_: ParserElement) -> ParserElement:
-        return (
-            t.name(f"a name for the {what}")
-            - symbol(":", f"':' after the name of the {what}")
-            - type_
-        )
+def _typed(what: str, type_: ParserElement) -> ParserElement:
+    return (
+        t.name(f"a name for the {what}") - symbol(":", f"':' after the name of the {what}") - type_
+    )
 
-    constant = typed("constant", type_) - symbol("=", "'=' and a value") - data_part()
-    ranged = either([t.ranged_double(), type_], "a type after ':'")
-    parameter = typed("parameter", ranged) - maybe(symbol("=") - data_part())
-    condition = (
+
+def _constant() -> ParserElement:
+    return _typed("constant", _value_type()) - symbol("=", "'=' and a value") - data_part()
+
+
+def _parameter() -> ParserElement:
+    ranged = either([t.ranged_double(), _value_type()], "a type after ':'")
+    return _typed("parameter", ranged) - maybe(symbol("=") - data_part())
+
+
+def _value_type() -> ParserElement:
+    return t.type_("a type after ':'")
+
+
+def _condition() -> ParserElement:
+    return (
         t.name("a name for the condition")
         - symbol("=", "'=' after the name of the condition")
         - expressions.Expression("a condition after '='")
         # One with 'in' or ',' behind its name begins a statement.
         - maybe(keyword("for (?! NAME (?: in | ',' ) )") - t.duration("a duration after 'for'"))
     )
+
+
+def _function() -> ParserElement:
     argument = built(
         t.name("a name for an argument")
         - symbol(":", "':' after the name of the argument")
-        - t.type_("a type after ':'"),
+        - _value_type(),
         leaves.make_node(nodes.PropertyNode),
     )
-    function = (
+    return (
         t.name("a name for the function")
         - symbol("(", "'(' after the name of the function")
         - built(listed(argument), leaves.make_tuple)
         - symbol(")", "',' or ')'")
         - symbol(":", "':' and the type of the result")
-        - t.type_("a type after ':'")
+        - _value_type()
         - symbol("=", "'=' and an expression")
         - data_part()
     )
-    return {
-        "function": blocks.Rule(function, leaves.make_node(nodes.FunctionNode)),
-        "constant": blocks.Rule(constant, leaves.make_node(nodes.ConstantNode)),
-        "parameter": blocks.Rule(parameter, leaves.make_node(nodes.ParameterNode)),
-        "condition": blocks.Rule(condition, leaves.make_node(nodes.ConditionNode)),
-    }
 
 
 @functools.cache

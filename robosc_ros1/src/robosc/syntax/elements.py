@@ -7,13 +7,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import cached_property, partial
+from typing import Any, cast
 
 from pyparsing import (
     Empty,
     MatchFirst,
     Optional,
     ParseBaseException,
+    ParseElementEnhance,
     ParserElement,
     ParseResults,
     Regex,
@@ -124,6 +126,24 @@ def listed(part: ParserElement) -> ParserElement:
     return part + ZeroOrMore(symbol(",") - part)
 
 
+class _Later(ParseElementEnhance):
+    def __init__(self, make: Callable[[], ParserElement]) -> None:
+        super().__init__(cast(Any, None))
+        self._make = make
+
+    @cached_property
+    def _made(self) -> ParserElement:
+        return self._make().streamline()
+
+    def parseImpl(self, instring: str, loc: int, do_actions: bool = True) -> Any:
+        return self._made._parse(instring, loc, do_actions, False)
+
+
+def later(make: Callable[[], ParserElement]) -> ParserElement:
+    """A rule that is made where a text first comes to it: it may contain itself, and be large."""
+    return set_name(_Later(make), "…")  # version 2.4 of pyparsing shows it without being asked
+
+
 def nothing() -> ParserElement:
     """The empty sequence of tokens."""
     return leave_whitespace(Empty())
@@ -149,7 +169,7 @@ def nested(make: Callable[[ParserElement], ParserElement], limit: int, what: str
     """A rule that contains itself, to a limit, so that no text can exhaust the stack."""
     rule = refused(nothing(), limit, what)
     for _ in range(limit):
-        rule = make(rule)
+        rule = later(partial(make, rule))
     return rule
 
 

@@ -47,7 +47,7 @@ def _component_block() -> blocks.Block:
     rules = {
         **{word: declarations.communication_rule(word) for word in _COMMUNICATIONS},
         "behaviour": blocks.Rule(
-            nothing(), leaves.make_node(nodes.BehaviourNode), block=lambda parts: behaviour_block
+            nothing, leaves.make_node(nodes.BehaviourNode), block=lambda parts: behaviour_block
         ),
         **declarations.value_rules(),
         **_statement_rules(group),
@@ -80,6 +80,15 @@ _ARGUMENT = "the name of a constant or parameter"
 
 
 def _component(block: blocks.Block) -> blocks.Rule:
+    return blocks.Rule(
+        _declared_component,
+        _build_component,
+        block=lambda parts: None if parts[2] else block,
+        opening="'{' or 'from' after the name of the component",
+    )
+
+
+def _declared_component() -> ParserElement:
     prefix = label("prefix") - t.string("a string after 'prefix:'")
     argument = built(
         terminal("(?! prefix ) NAME (?= ':' )", _ARGUMENT, leaves.make_name)
@@ -98,12 +107,7 @@ def _component(block: blocks.Block) -> blocks.Rule:
         - maybe(keyword("with") - first - ZeroOrMore(symbol(",") - given)),
         leaves.make_tuple,
     )
-    return blocks.Rule(
-        t.name("a name for the component") - maybe(_several()) - maybe(imported),
-        _build_component,
-        block=lambda parts: None if parts[2] else block,
-        opening="'{' or 'from' after the name of the component",
-    )
+    return t.name("a name for the component") - maybe(_several()) - maybe(imported)
 
 
 def _several() -> ParserElement:
@@ -157,20 +161,31 @@ _OPENS_GROUP = (
 def _requirements_block() -> blocks.Block:
     """The requirements of a group: such declarations without their first word."""
     begins = pattern("QUALIFIED | '{' | '(' | '!' ")
-    words = ("a requirement such as 'command needs condition'",)
-    free = blocks.Rule(_untitled(words[0]), _build_member, tail=_clauses_missing)
+    words = (_MEMBER,)
+    free = blocks.Rule(_member, _build_member, tail=_clauses_missing)
     return blocks.Block(blocks.Items(words, {}, free=free, begins=begins, item=begins, lines=True))
 
 
+_MEMBER = "a requirement such as 'command needs condition'"
+
+
+def _member() -> ParserElement:
+    return _untitled(_MEMBER)
+
+
 def _requirement(group: blocks.Block) -> blocks.Rule:
-    expected = "a communication or a condition after 'requirement'"
-    opens = terminal(f"STRING {_OPENS_GROUP}", "a title", t.build_string)
     return blocks.Rule(
-        either([opens, _title() - _untitled(expected)], expected),
+        _titled,
         _build_requirement,
         block=lambda parts: group if len(parts) == 1 else None,
         tail=_clauses_missing,
     )
+
+
+def _titled() -> ParserElement:
+    expected = "a communication or a condition after 'requirement'"
+    opens = terminal(f"STRING {_OPENS_GROUP}", "a title", t.build_string)
+    return either([opens, _title() - _untitled(expected)], expected)
 
 
 def _untitled(expected: str) -> ParserElement:
@@ -251,14 +266,14 @@ def _build_untitled(
     return nodes.RequirementNode("needs", group, right, to_start, span=span)
 
 
-def _assume() -> blocks.Rule:
+def _assume() -> ParserElement:
     expected = "a communication, 'always' or 'never' after 'assume'"
     on_message = (
         t.communication(expected)
         - choice("needs", "'needs'")
         - Expression("a condition after 'needs'")
     )
-    return blocks.Rule(_title() - either([_invariant(), on_message], expected), _build_assumption)
+    return _title() - either([_invariant(), on_message], expected)
 
 
 def _build_assumption(
@@ -272,14 +287,13 @@ def _build_assumption(
     return nodes.AssumeNode(kind, communication, condition, title, span=span)
 
 
-def _prefer() -> blocks.Rule:
-    grammar = (
+def _prefer() -> ParserElement:
+    return (
         _title()
         - t.communications("the name of a communication after 'prefer'")
         - keyword("over", "'over' and the name of a communication")
         - t.communications("the name of a communication after 'over'")
     )
-    return blocks.Rule(grammar, _build_preference)
 
 
 def _build_preference(
@@ -289,23 +303,21 @@ def _build_preference(
     return nodes.PreferNode(preferred, over, title, span=reading.span(start, end))
 
 
-def _stop() -> blocks.Rule:
-    grammar = keyword("with", "'with' after 'stop'") - t.communication(
+def _stop() -> ParserElement:
+    return keyword("with", "'with' after 'stop'") - t.communication(
         "the name of an incoming message after 'with'"
     )
-    return blocks.Rule(grammar, leaves.make_node(nodes.StopNode))
 
 
-def _for(block: Callable[[list[Any]], blocks.Block]) -> blocks.Rule:
-    grammar = (
+def _for() -> ParserElement:
+    return (
         t.name("a name for the index after 'for'")
         - keyword("in", "'in' after the name")
         - t.range_()
     )
-    return blocks.Rule(grammar, leaves.make_node(nodes.ForNode), block=block)
 
 
-def _provide() -> blocks.Rule:
+def _provide() -> ParserElement:
     grammar = (
         t.communication("the name of a communication after 'provide'")
         - keyword("with", "'with' and the data")
@@ -314,7 +326,7 @@ def _provide() -> blocks.Rule:
     )
     otherwise = keyword("else") - keyword("with", "'with' and the data") - declarations.data_part()
     otherwise = built(otherwise - maybe(condition_part()), leaves.make_node(nodes.OtherwiseNode))
-    return blocks.Rule(grammar - ZeroOrMore(otherwise), _build_provide, tail=_rest_of_provide)
+    return grammar - ZeroOrMore(otherwise)
 
 
 def _build_provide(
@@ -338,7 +350,11 @@ def _rest_of_provide(node: nodes.ProvideNode) -> tuple[str, ...]:
 
 def _statement_rules(group: blocks.Block) -> dict[str, blocks.Rule]:
     """The rules of the statements that stand in robots and in components."""
-    return {"requirement": _requirement(group), "provide": _provide(), "prefer": _prefer()}
+    return {
+        "requirement": _requirement(group),
+        "provide": blocks.Rule(_provide, _build_provide, tail=_rest_of_provide),
+        "prefer": blocks.Rule(_prefer, _build_preference),
+    }
 
 
 # --- files ---------------------------------------------------------------------------------------
@@ -357,9 +373,9 @@ def _file_block(kind: str) -> blocks.Block:
         "datatype": declarations.datatype_rule(object_block, enum_block),
         "interface": declarations.interface_rule(),
         **declarations.value_rules(),
-        "assume": _assume(),
-        "stop": _stop(),
-        "for": _for(lambda parts: for_block),
+        "assume": blocks.Rule(_assume, _build_assumption),
+        "stop": blocks.Rule(_stop, leaves.make_node(nodes.StopNode)),
+        "for": blocks.Rule(_for, leaves.make_node(nodes.ForNode), block=lambda parts: for_block),
     }
     for_block = blocks.Block(blocks.items_of("for", rules))
     if kind == "library":

@@ -7,12 +7,22 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from pyparsing import Forward, ParserElement, ParseResults
+from pyparsing import ParserElement, ParseResults
 
 from robosc import limits
 from robosc.language.keywords import UNITS
 from robosc.syntax import expressions, leaves, nodes, operands, pyparsing_names
-from robosc.syntax.elements import built, either, keyword, listed, maybe, refused, symbol, terminal
+from robosc.syntax.elements import (
+    built,
+    either,
+    keyword,
+    later,
+    listed,
+    maybe,
+    refused,
+    symbol,
+    terminal,
+)
 from robosc.syntax.parse_state import ParseState, Stop
 
 # A name before a colon is that of the next property: the type before it is missing.
@@ -94,10 +104,11 @@ def communications(expected: str) -> ParserElement:
 
 def maybe_except() -> ParserElement:
     """``except a``, which may itself end with ``except b``; leaves an ExceptNode or None."""
-    more = Forward()
-    items = named_communications("the name of a communication after 'except'")
-    more <<= maybe(built(keyword("except") - items - more, _build_except))
-    return more
+    return maybe(built(keyword("except") - later(_excepted), _build_except))
+
+
+def _excepted() -> ParserElement:
+    return named_communications("the name of a communication after 'except'") - maybe_except()
 
 
 def named_communications(expected: str) -> ParserElement:
@@ -168,7 +179,6 @@ def build_string(reading: ParseState, start: int, end: int, parts: list[Any]) ->
 
 def type_(expected: str) -> ParserElement:
     """A type; leaves a node of one."""
-    kind = Forward()
     bound = terminal("'-'? INTEGER", "a whole number", leaves.make_integer)
     bounds = symbol("(") - bound - symbol("..") - bound - symbol(")")
     integer = built(
@@ -181,16 +191,14 @@ def type_(expected: str) -> ParserElement:
     array = built(
         keyword(f"array {_NO_COLON}", "a type")
         - symbol("(", "'(' after 'array'")
-        - kind
+        - later(lambda: kind)
         - symbol(")", "')' to close 'array('"),
         leaves.make_node(nodes.ArrayTypeNode),
     )
     named = terminal("NAME (?: '.' WORD )? (?! '.' | ':' )", "a type", _build_named)
     deep = terminal(f"(?: array '(' ){{{limits.NESTED_DATA}}}", "a type")
     too_deep = refused(deep, limits.NESTED_DATA, "arrays are")
-    kind <<= either(
-        [too_deep, ros_type("a type"), unbounded, basic, integer, array, named], expected
-    )
+    kind = either([too_deep, ros_type("a type"), unbounded, basic, integer, array, named], expected)
     return kind
 
 
