@@ -94,6 +94,8 @@ def test_what_fails_is_the_same_state_by_state() -> None:
         assert _failing(found) == _failing(expected), seed
         if found.longest is not None and expected.longest is not None:
             assert found.longest >= expected.longest, seed
+            exactly = SymbolicController(solution).runs(exactly=True).longest
+            assert exactly == expected.longest, seed
         compared[_failing(found)] += 1
     assert sum(compared.values()) > 150
     assert len(compared) > 4

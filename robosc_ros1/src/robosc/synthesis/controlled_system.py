@@ -54,6 +54,10 @@ class Runs:
     longest: int | None
     missed: tuple[tuple[PlantState, ...], int] | None = None
 
+    @property
+    def fails(self) -> bool:
+        return any((self.livelock, self.differing, self.stuck, self.missed))
+
 
 def inputs(plant: Plant) -> list[tuple[int, ...]]:
     """Return the inputs and commands of a controller as groups of event numbers.
@@ -142,10 +146,11 @@ class System(Protocol):
         None: it is unbounded, or computing it would take too long.
         """
 
-    def runs(self) -> Runs | None:
+    def runs(self, exactly: bool) -> Runs | None:
         """Return what fails of the controller's run to completion.
 
-        None: computing it would take too long.
+        ``exactly``: the longest step is the longest that is reached. None: computing it would take
+        too long.
         """
 
 

@@ -83,14 +83,19 @@ class SymbolicController:
         self._possible = self.manager.union([self.encoding.initial, *found])
         """Where steps start that begin in any state at rest, reached or not."""
 
-    def runs(self) -> Runs:
-        """Return what fails of the controller's run to completion."""
+    def runs(self, exactly: bool = False) -> Runs:
+        """Return what fails of the controller's run to completion.
+
+        ``exactly``: the longest step is the longest that is reached.
+        """
         livelock = self._chain(self._possible & ~self._ending)
         return Runs(
             livelock=livelock,
             differing=self._differing(),
             stuck=self._chain(self._leading(self._at_rest & ~self._reaching())),
-            longest=None if livelock is not None else self._longest(),
+            longest=None
+            if livelock is not None
+            else self._longest(self._starts if exactly else self._possible),
             missed=self._missed(),
         )
 
@@ -304,14 +309,24 @@ class SymbolicController:
             lambda found: found | (self._before_round(found, (there, along)) & along),
         )
 
-    def _longest(self) -> int:
-        """Return a bound on the internal transitions of a step, if it ends: rounds times them."""
-        rounds, left = 0, self._possible & self._moving & self._ending
-        while left != self._false:
-            left = self._round(left) & self._moving
-            rounds += 1
+    def _longest(self, starts: Bdd) -> int:
+        """Return how many internal transitions a step from ``starts`` takes at the most, of those
+        that end."""
+        longest, left = 0, {0: starts & self._moving & self._ending}  # by how many were taken
+        while left:
+            for tau in self._taus.all:
+                after: dict[int, Bdd] = {}
+                for taken, states in left.items():
+                    moved = self.manager.union(self._image(m.disjunct, states) for m in tau.moves)
+                    for count, part in ((taken, states & ~tau.before), (taken + 1, moved)):
+                        if part != self._false:
+                            after[count] = after.get(count, self._false) | part
+                left = after
+            longest = max([longest, *left])
+            moving = ((taken, states & self._moving) for taken, states in left.items())
+            left = {taken: states for taken, states in moving if states != self._false}
             self._limit()
-        return rounds * len(self._taus.all)
+        return longest
 
     # --- any order
 

@@ -84,9 +84,9 @@ class SymbolicSystem:
     def longest_completion(self) -> int | None:
         return self.engine.longest_completion(self.solution.states)
 
-    def runs(self) -> Runs | None:
+    def runs(self, exactly: bool) -> Runs | None:
         try:
-            return SymbolicController(self.solution).runs()
+            return SymbolicController(self.solution).runs(exactly)
         except MemoryError:
             return None
 

@@ -16,8 +16,8 @@ controller properties checker of the Eclipse ESCET toolset:
 Preferences are taken into account: while a preferred command is enabled, the other one is not sent.
 A message is one input, whatever the number of its communications. Without internal transitions and
 preferences, all three properties follow from synthesis. With them the controlled system is
-searched state by state, or, if it is too large, by sets of states (:meth:`System.runs`). Where that
-takes too long, bounded response is proved from the components' automata alone or by a greatest
+searched by sets of states (:meth:`System.runs`), or, if the engine has none, state by state. Where
+that takes too long, bounded response is proved from the components' automata alone or by a greatest
 fixpoint (:meth:`System.longest_completion`), or refuted by a cycle found near the initial state; a
 diagnostic names the properties that were not checked.
 """
@@ -42,7 +42,8 @@ from robosc.synthesis.explain.run_to_completion import ExplicitController
 from robosc.synthesis.formatting import amount, quoted, step_text, trace_text
 
 _FEW_STATES = 10_000
-"""States up to which explicit search is as fast as the symbolic one."""
+"""States up to which the longest step that is reached bounds all, and what fails is told by what
+is found state by state."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +75,10 @@ def examine(system: System, guards: Sequence[Guard], controlled_states: int) -> 
     if _branching(system) > limits.COMBINATIONS:
         return _of_large(system, guards, controlled_states)
     controller = ExplicitController(system.plant, system.steps)
-    runs = system.runs() if controlled_states > _FEW_STATES else None
-    if runs is not None:
-        return _of_runs(controller, runs, _longest(system))
+    few = controlled_states <= _FEW_STATES
+    runs = system.runs(exactly=few)
+    if runs is not None and not (few and runs.fails):
+        return _of_runs(controller, runs, None if few else _longest(system))
     if controlled_states > limits.SEARCHED_STATES:
         return _of_large(system, guards, controlled_states)
     return _of_runs(controller, controller.runs(), None)

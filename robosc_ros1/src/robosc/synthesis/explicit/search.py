@@ -83,7 +83,7 @@ class ExplicitSystem:
     def longest_completion(self) -> int | None:
         return None
 
-    def runs(self) -> None:
+    def runs(self, exactly: bool) -> None:
         return None
 
     def nearest(self, condition: Expr) -> tuple[PlantState, ...] | None:
