@@ -102,7 +102,6 @@ def _proved(
                 pass
             except MemoryError:
                 directions.remove(reverse)
-            gc.collect()  # frees the diagrams before there are others
         most *= 8
     raise StateSpaceError("verification ran out of the memory that it may use")
 
@@ -117,6 +116,7 @@ class _Proof:
     ) -> None:
         self._supervisor, self._most_nodes = supervisor, most_nodes
         self.plant: Plant = supervisor.plant
+        gc.collect()  # frees diagrams, also those of synthesis, before there are others
         self.sets = StateSets(self.plant, reverse)
         self.manager, self.relations = self.sets.manager, self.sets.relations
         self.false = self.manager.false
