@@ -60,8 +60,15 @@ def fold(
 
 
 def rewritten(expr: tree.Expr, leaf: Callable[[tree.Literal | tree.Leaf], tree.Expr]) -> tree.Expr:
-    """The expression with every leaf replaced."""
-    return fold(expr, leaf, with_operands)
+    """The expression with every leaf replaced; parts that it shares are rewritten once, and stay
+    shared: a count is expanded into twenty times as many parts as there are different ones."""
+    found: dict[int, tree.Expr] = {}
+
+    def operation(node: tree.Operation, operands: tuple[tree.Expr, ...]) -> tree.Expr:
+        made = found[id(node)] = with_operands(node, operands)
+        return made
+
+    return fold(expr, leaf, operation, known=lambda node: found.get(id(node)))
 
 
 def with_operands(node: tree.Operation, operands: tuple[tree.Expr, ...]) -> tree.Expr:

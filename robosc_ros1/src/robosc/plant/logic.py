@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from robosc.expr import quantified, traversal, tree, types
+from robosc.expr.identity_cache import IdentityCache
 
 _BOOLEAN = types.BooleanType()
 
@@ -85,14 +86,22 @@ def _test(expr: tree.Expr) -> tree.TestRef | None:
 
 
 def simplified(expr: tree.Expr) -> tree.Expr:
-    """Return a condition without constant operands of ``and``, ``or``, ``=>`` and ``!``."""
-    if isinstance(expr, tree.Unary) and expr.operator == "!":
-        return negation(simplified(expr.operand))
-    found = junction(expr, True)
-    if found is None or not isinstance(expr, tree.Binary):
-        return expr
-    conjunctive, parts = found
-    sides = [
-        simplified(part) if polarity else negation(simplified(part)) for part, polarity in parts
-    ]
-    return conjunction(sides) if conjunctive else disjunction(sides)
+    """Return a condition without constant operands of ``and``, ``or``, ``=>`` and ``!``; parts that
+    it shares stay shared."""
+    known: IdentityCache[tree.Expr] = IdentityCache()
+
+    def without(expr: tree.Expr) -> tree.Expr:
+        if isinstance(expr, tree.Unary) and expr.operator == "!":
+            return negation(known.of(expr.operand, without))
+        found = junction(expr, True)
+        if found is None:
+            return expr
+        conjunctive, parts = found
+        sides = [known.of(part, without) for part, _ in parts]
+        sides = [
+            side if polarity else negation(side)
+            for side, (_, polarity) in zip(sides, parts, strict=True)
+        ]
+        return conjunction(sides) if conjunctive else disjunction(sides)
+
+    return without(expr)

@@ -7,9 +7,9 @@ compiled into one function of the state and the values, both tuples.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from typing import Any, TypeAlias
 
 from robosc.expr.evaluation import converted
@@ -172,6 +172,22 @@ class Stepper:
         self._steps: dict[int, StepFunction] = {}
         self._tests: dict[Expr, Test] = {}
         self._values: dict[int, Iterable[Values]] = {}
+
+    @cached_property
+    def order(self) -> Sequence[int]:
+        """The events in the order in which one that leads on is looked for: commands with several
+        outcomes come last, as one may be disabled though it could lead there."""
+        events = self.plant.events
+        return sorted(range(len(events)), key=lambda number: events[number].branches)
+
+    @cached_property
+    def writing(self) -> Sequence[Sequence[int]]:
+        """Per state variable the events that write it, in this order."""
+        found: list[list[int]] = [[] for _ in self.plant.variables]
+        for number in self.order:
+            for variable in self.plant.events[number].writes:
+                found[variable].append(number)
+        return found
 
     def outcome(self, event: int, values: Values, state: PlantState) -> Outcome:
         """Return where an event leads in the plant without its requirements."""

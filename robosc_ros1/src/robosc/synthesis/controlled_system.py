@@ -244,9 +244,8 @@ def found_step(stepper: Stepper, before: PlantState, after: PlantState) -> Step 
     plant = stepper.plant
     changed = {variable for variable, old in enumerate(before) if after[variable] != old}
     sampled = False
-    # Commands with several outcomes come last: one may be disabled though it could lead there.
-    order = sorted(enumerate(plant.events), key=lambda item: item[1].branches)
-    for number, event in order:
+    for number in stepper.writing[min(changed)] if changed else stepper.order:
+        event = plant.events[number]
         if changed <= event.writes:
             compiled = stepper.compiled(number, event.requirement)
             values = compiled.leading(before, after)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
-from typing import TypeGuard
+from functools import cached_property, partial
+from typing import TypeAlias, TypeGuard
 
 from robosc.expr import evaluation, traversal, tree, types
 from robosc.language import events, operators
@@ -76,6 +77,17 @@ def _read(parts: list[tree.Expr]) -> Iterator[tree.Expr]:
             yield part
 
 
+_Name: TypeAlias = tuple[str, str]
+"""A component and its variable."""
+
+
+def _read_by(term: view.StateTerm) -> set[_Name]:
+    """Return the variables that a term reads."""
+    sides = [term] if isinstance(term, tree.VariableRef) else term.sides
+    parts = (part for side in sides for part in traversal.walk(side))
+    return {(p.component, p.variable) for p in parts if isinstance(p, tree.VariableRef)}
+
+
 def finite_view(robot: Robot, restrictions: Restrictions) -> view.FiniteView:
     """Return the finite view of a robot without errors, of whose events this is assumed."""
     return ViewBuilder(robot, restrictions).build()
@@ -118,7 +130,8 @@ class ViewBuilder:
         while worked < len(self.states):
             term = list(self.states)[worked]
             worked += 1
-            for component, transition in self._transitions():
+            assigning = {n for name in _read_by(term) for n in self._assigning.get(name, ())}
+            for component, transition in map(self._transitions.__getitem__, sorted(assigning)):
                 update = self._update(term, component, transition)
                 if update is not None:
                     key = view.update_key(component.name, transition)
@@ -141,13 +154,25 @@ class ViewBuilder:
 
     # --- what decides
 
-    def _transitions(self) -> Iterator[tuple[Component, Transition]]:
-        for component in self.robot.components:
-            for transition in precedence.joined_transitions(component.behaviour):
-                yield component, transition
+    @cached_property
+    def _transitions(self) -> Sequence[tuple[Component, Transition]]:
+        return [
+            (component, transition)
+            for component in self.robot.components
+            for transition in precedence.joined_transitions(component.behaviour)
+        ]
+
+    @cached_property
+    def _assigning(self) -> Mapping[_Name, Sequence[int]]:
+        """The transitions that assign a variable."""
+        found: dict[_Name, list[int]] = defaultdict(list)
+        for number, (component, transition) in enumerate(self._transitions):
+            for assignment in transition.assignments:
+                found[component.name, assignment.variable].append(number)
+        return found
 
     def _deciding(self) -> Iterator[tuple[view.Scope, tree.Expr]]:
-        for component, transition in self._transitions():
+        for component, transition in self._transitions:
             scope = transition.event, transition.communication
             if transition.guard is not None:
                 yield scope, transition.guard
@@ -220,8 +245,7 @@ class ViewBuilder:
         if isinstance(term, tree.VariableRef):
             value = given.get((term.component, term.variable))
             return None if value is None else self._assigned(term, value)
-        parts = [part for side in term.sides for part in traversal.walk(side)]
-        read = {(p.component, p.variable) for p in parts if isinstance(p, tree.VariableRef)}
+        read = _read_by(term)
         changed = read & given.keys()
         if not changed:
             return None
@@ -242,6 +266,7 @@ class ViewBuilder:
             if asked is not None:  # what is not there leaves the variable as it was
                 return logic.disjunction([self.terms.finite(tree.Holds(asked)), term])
         # These are defined where what is assigned is not.
+        parts = (part for side in term.sides for part in traversal.walk(side))
         if uncertain and any(map(terms.replaces_undefined, parts)):
             return self._anything(term, MAY_BE_MISSING)
         if any(self._rounded(name, given[name]) for name in changed):
@@ -280,15 +305,13 @@ class ViewBuilder:
         double = isinstance(self.variables[".".join(name)].type, types.DoubleType)
         return double and isinstance(value.type, types.IntegerType) and not terms.is_constant(value)
 
-    def _together(
-        self, read: set[tuple[str, str]], component: Component, transition: Transition
-    ) -> bool:
+    def _together(self, read: set[_Name], component: Component, transition: Transition) -> bool:
         """Whether another component may change what a test reads at the same time."""
         return any(
-            other.name != component.name
+            name[0] != component.name
             and (also.event, also.communication) == (transition.event, transition.communication)
-            and any((other.name, a.variable) in read for a in also.assignments)
-            for other, also in self._transitions()
+            for name in read
+            for _, also in map(self._transitions.__getitem__, self._assigning.get(name, ()))
         )
 
     def _assigned(self, variable: tree.VariableRef, value: tree.Expr) -> tree.Expr:

@@ -317,9 +317,11 @@ class Encoding:
         return self._partitions[event].of(expr, lambda expr: self._new_partition(expr, event))
 
     def _new_partition(self, expr: Expr, event: int | None) -> Partition:
+        shared: dict[int, Partition] = {}  # parts of this one expression: a count has many
+
         def known(node: Expr) -> Partition | None:
             """Return its partition, if that is cheaper than combining those of the operands."""
-            partition = self._partitions[event].known(node)
+            partition = self._partitions[event].known(node) or shared.get(id(node))
             if partition is not None:
                 return partition
             if _is_costly(node) and (node, event) in self._known:
@@ -333,7 +335,7 @@ class Encoding:
             return self._comparison(node, event)
 
         def operation(node: Operation, operands: tuple[Partition, ...]) -> Partition:
-            partition = combined(self.manager, node, operands)
+            partition = shared[id(node)] = combined(self.manager, node, operands)
             if _is_costly(node):
                 self._known[node, event] = partition
             return partition
