@@ -137,7 +137,7 @@ def test_many_constant_components() -> None:
 
 
 def test_guard_over_many_state_variables() -> None:
-    count = 18
+    count = 15
     sensors = "".join(
         f"component S{i} {{ outgoing message m{i} with type: boolean behaviour {{"
         f" variable x: boolean"
@@ -147,7 +147,7 @@ def test_guard_over_many_state_variables() -> None:
     needs = " or ".join(f"(S{i}.x and !S{i + 1}.x)" for i in range(count - 1))
     text = f"{sensors} component B {{ incoming message go with type: none }}"
     falling = supervisor_of(f"{text} requirement go needs {needs}")
-    # No true is followed by a false in the 19 rising sequences alone.
+    # No true is followed by a false in the rising sequences alone.
     states = 2**count
     assert falling.controlled_states == states
     assert falling.controlled_transitions == states * 2 * count + states - (count + 1)
