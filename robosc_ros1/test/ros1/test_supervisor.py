@@ -125,7 +125,7 @@ def test_a_goal_is_cancelled_when_it_becomes_forbidden(
     with guarded.controller(other, NODE, stop_command="stop") as node:
         ready_to_grab(node, robot, other)
         other.do("send", name="/supervised/grab", **GRAB, fields={})
-        node.enters("ObstacleGrabber", "grabbing")
+        grabs(node, robot)
         robot.publish("/distance", FLOAT, 2.0)
         robot.wait(lambda line: line.get("cancelled"), "the cancel")
         assert other.wait(lambda line: line.get("ended"), "the end")["status"] == 2
@@ -167,7 +167,7 @@ def test_goals_pass_with_their_ids_and_what_comes_of_them(
         other.do("send", name="/supervised/grab", **GRAB, fields={})
         asked = robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
         assert asked["id"] == other.wait(lambda line: line.get("sent"), "the id")["id"]
-        node.enters("ObstacleGrabber", "grabbing")
+        grabs(node, robot)
         robot.do("finish", name="/grab", mode="succeed")
         assert other.wait(lambda line: line.get("ended"), "the result")["status"] == 3
         node.enters("ObstacleGrabber", "looking")
@@ -178,6 +178,12 @@ def ready_to_grab(node: Node, robot: Puppet, other: Puppet) -> None:
     node.enters("DistanceSensor", "sensing")
     vel(other, STOP)
     robot.hears("/vel")
+
+
+def grabs(node: Node, robot: Puppet) -> None:
+    """Wait until it is grabbing, and the robot knows: a cancel might overtake the goal."""
+    node.enters("ObstacleGrabber", "grabbing")
+    robot.wait(lambda line: line.get("asked") == "/grab", "the goal")
 
 
 @pytest.mark.once
@@ -211,7 +217,7 @@ def test_a_cancel_of_the_controller_reaches_the_robot(
     with guarded.controller(other, NODE) as node:
         ready_to_grab(node, robot, other)
         other.do("send", name="/supervised/grab", **GRAB, fields={})
-        node.enters("ObstacleGrabber", "grabbing")
+        grabs(node, robot)
         other.do("cancel")
         robot.wait(lambda line: line.get("cancelled"), "the cancel")
         assert other.wait(lambda line: line.get("ended"), "the end")["status"] == 2
@@ -238,7 +244,7 @@ def test_a_cancel_counts_if_the_server_cancels_the_goal(
     with guarded.controller(other, NODE, stop_command="stop") as node:
         ready_to_grab(node, robot, other)
         other.do("send", name="/supervised/grab", **GRAB, fields={})
-        node.enters("ObstacleGrabber", "grabbing")
+        grabs(node, robot)
         cancel = {"topic": "/supervised/grab/cancel", "type": "actionlib_msgs/GoalID"}
         other.do("publish", **cancel, fields=fields)
         if not meant:

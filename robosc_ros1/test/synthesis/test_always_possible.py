@@ -283,7 +283,7 @@ def test_random_robots_with_goals_and_preferences(pytestconfig: pytest.Config) -
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
     missed = smaller = tried = 0
-    for seed in range(first, first + (160 if count is None else count)):
+    for seed in range(first, first + (280 if count is None else count)):
         rng = random.Random(seed)
         robot = robot_of(random_model(rng, 1 + seed % 2))
         if not robot.goals:
@@ -311,7 +311,7 @@ def test_random_robots_with_goals_and_preferences(pytestconfig: pytest.Config) -
 @pytest.mark.slow
 def test_both_searches_of_the_controller_agree() -> None:
     compared = 0
-    for seed in range(80):
+    for seed in range(130):
         rng = random.Random(seed)
         robot = robot_of(random_model(rng, 1 + seed % 2))
         found = synthesize(lower(robot), "bdd")

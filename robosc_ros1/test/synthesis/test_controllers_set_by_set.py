@@ -83,7 +83,7 @@ def _failing(runs: Runs) -> tuple[object, ...]:
 @pytest.mark.slow
 def test_what_fails_is_the_same_state_by_state() -> None:
     compared: Counter[tuple[object, ...]] = Counter()
-    for seed in range(150):
+    for seed in range(220):
         plant = lower(robot_of(_model(random.Random(seed))))
         solution = SymbolicEngine(plant).solve()
         if solution.empty:

@@ -187,7 +187,7 @@ def test_random_missions_against_their_unfolded_forms(
     count = pytestconfig.getoption("--models", default=None)
     first = pytestconfig.getoption("--first-model", default=0)
     sorts = set()
-    for seed, text, unfolded in valid(range(first, first + (16 if count is None else count))):
+    for seed, text, unfolded in valid(range(first, first + (30 if count is None else count))):
         told = f"seed {seed}, engine {engine}\n{text}\n{unfolded}"
         found = [pipeline.synthesize(robot_of(t), engine) for t in (text, unfolded)]
         assert found[0].empty == found[1].empty, told

@@ -38,7 +38,7 @@ def test_random_robots_that_remember(engine: str, pytestconfig: pytest.Config) -
 def test_verify_is_about_every_start() -> None:
     """The independent check finds the same states; one start more would show."""
     starts = 0
-    for seed in range(50):
+    for seed in range(60):
         oracle = oracle_of(_model(seed))
         if not oracle.empty:
             supervisor = synthesize(oracle.robot)
@@ -50,7 +50,7 @@ def test_verify_is_about_every_start() -> None:
 def test_simulations_start_with_any_value() -> None:
     """A run from any start is one of the plant, as far as the oracle enables events."""
     tried = 0
-    for seed in range(50):
+    for seed in range(60):
         oracle = oracle_of(_model(seed))
         if oracle.empty:
             continue

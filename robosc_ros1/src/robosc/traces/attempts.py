@@ -61,9 +61,10 @@ def attempted(
         return Attempt(True, after, frozenset(cases), fields, None)
     if step.replaces(state) and not is_allowed:
         cases.add(("replaced", step.number, False))
-    reasons = coverage.reasons(step, state, made)
-    if is_allowed:
-        reasons = None  # of which a monitor tells that it would have been corrected
+    # A monitor tells what forbids that which was sent; else, what would have become of it.
+    told = sent if changes else made
+    is_told = not is_allowed and not (changes and coverage.allows(step, state, sent))
+    reasons = coverage.reasons(step, state, told) if is_told else None
     if not steps.follows or after is None:
         after = state
     return Attempt(False, after, frozenset(cases), {}, reasons)

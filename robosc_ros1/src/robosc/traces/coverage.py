@@ -23,7 +23,7 @@ from robosc.runtime.core.places import told_with_stage
 from robosc.runtime.core.shortening import shortened_text
 from robosc.runtime.core.values import Undefined
 from robosc.simulate.machines.machine import label
-from robosc.traces.data_pieces import pieces_of
+from robosc.traces.data_pieces import SectionEnds, pieces_of
 from robosc.traces.deciding_atoms import Atom, DecidedCondition, filtered_in
 from robosc.traces.exact_steps import (
     NOTHING,
@@ -81,11 +81,14 @@ class Obstacle:
 
 @dataclass(frozen=True, eq=False)
 class JudgedEdge:
-    """An edge with its guard, and the conditions that become variables."""
+    """An edge with its guard, and the conditions that become variables; the ends of sections in the
+    guard, and in what else is read."""
 
     edge: ExactEdge
     guard: DecidedCondition
     made: Mapping[str, DecidedCondition]
+    asked: SectionEnds
+    read: Sequence[SectionEnds]
 
 
 class Coverage:
@@ -128,8 +131,10 @@ class Coverage:
 
     def _judged(self, edge: ExactEdge) -> JudgedEdge:
         guard = self._condition(edge.condition or TRUE)
-        made = zip(edge.assigned, edge.made, strict=True)
-        return JudgedEdge(edge, guard, {a[0]: self._condition(v) for a, v in made if _joins(v)})
+        pairs = zip(edge.assigned, edge.made, strict=True)
+        made = {a[0]: self._condition(v) for a, v in pairs if _joins(v)}
+        read = [SectionEnds(value, self._text) for value in edge.made]
+        return JudgedEdge(edge, guard, made, SectionEnds(guard.expr, self._text), read)
 
     def _rule(self, step: ExactStep) -> CommandDemands:
         event, robot = step.event, self.robot
@@ -225,6 +230,9 @@ class Coverage:
                 for key, condition in judged.made.items():
                     for outcome, text in _outcomes(condition):
                         yield ("made", *case, key, *outcome), f"{told}: {text} decides {key}"
+                for index, ends in enumerate((judged.asked, *judged.read)):
+                    for number, text in enumerate(ends.texts):
+                        yield ("end", *case, index, number), f"{told}: {text}"
 
     # --- what is shown ---------------------------------------------------------------------------
 
@@ -400,6 +408,8 @@ class Coverage:
                 case = step.number, partner.component, *judged.edge.name
                 values = judged.guard.possible(state, carried)
                 yield from (("edge", *case, *one) for some in values.values() for one in some)
+                asked = judged.asked.mattering(state, carried)
+                yield from (("end", *case, 0, number) for number in asked)
                 if True in values and after is not None:
                     yield "taken", *case
                     for key, value, *_ in judged.edge.assigned:
@@ -408,6 +418,9 @@ class Coverage:
                     for key, condition in judged.made.items():
                         for outcomes in condition.possible(state, carried).values():
                             yield from (("made", *case, key, *one) for one in outcomes)
+                    for index, ends in enumerate(judged.read, 1):
+                        read = ends.mattering(state, carried)
+                        yield from (("end", *case, index, number) for number in read)
                 if False not in values:
                     break
 

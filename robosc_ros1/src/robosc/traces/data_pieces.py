@@ -1,18 +1,20 @@
-"""Which pieces data of a command are made of: the least of several numbers is one of these."""
+"""What values are made of: the least of several numbers is one of these; of an array, they may read
+some elements and not those beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from robosc.expr.traversal import walk, with_operands
-from robosc.expr.tree import Aggregate, Call, Expr, Literal, Operation, Unary
+from robosc.expr.tree import Aggregate, Binary, Call, Expr, Literal, Operation, Unary
 from robosc.expr.types import BooleanType
 from robosc.model.entities import Data, data_expressions
 from robosc.plant.logic import exact
 from robosc.runtime.core.values import Undefined
-from robosc.traces.exact_steps import NOTHING, Function, State, function, keys_read
+from robosc.traces.exact_steps import NOTHING, Carried, Function, State, function, keys_read
+from robosc.traces.model_numbers import SECTIONS
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,19 +31,66 @@ class DataPiece:
         """The ways, by number, that the data are made in; none, where another would be the same;
         all, where not all is known."""
         try:
-            whole = _value(self.whole, state)
-            values = [_value(way, state) for way in self.ways]
+            whole = _value(self.whole, state, NOTHING)
+            values = [_value(way, state, NOTHING) for way in self.ways]
         except KeyError:
             return tuple(range(len(self.ways)))
         found = tuple(number for number, value in enumerate(values) if value == whole)
         return found if len(found) < len(values) else ()
 
 
-def _value(of: Function, state: State) -> Any:
+class SectionEnds:
+    """The ends of the sections of arrays in an expression, each twice: ``texts`` say which element
+    counts and which, beside it, does not."""
+
+    def __init__(self, expr: Expr, text: Callable[[Expr], str]) -> None:
+        moved = dict(_moved(expr := exact(expr), text))
+        self.texts = tuple(moved)
+        self._functions = [function(one) for one in (expr, *moved.values())] if moved else []
+
+    def mattering(self, state: State, carried: Carried) -> Iterator[int]:
+        """The ends, by number, with each of which elsewhere the expression would come to something
+        else; all, where not all is known."""
+        if not self._functions:
+            return
+        try:
+            whole, *others = (_value(of, state, carried) for of in self._functions)
+        except KeyError:
+            whole, others = None, [0] * len(self.texts)
+        for number, other in enumerate(others):
+            if other != whole and (other == other or whole == whole):  # NaN is not itself
+                yield number
+
+
+def _value(of: Function, state: State, carried: Carried) -> Any:
     try:
-        return of(state, NOTHING)
+        return of(state, carried)
     except Undefined:
         return None
+
+
+_ENDS = (
+    (-2, "+", "the first element of {} counts"),
+    (-2, "-", "the element before {} does not count"),
+    (-1, "-", "the last element of {} counts"),
+    (-1, "+", "the element behind {} does not count"),
+)
+
+
+def _moved(expr: Expr, text: Callable[[Expr], str]) -> Iterator[tuple[str, Expr]]:
+    """The expression with each end of a section one element further in, and out."""
+    for part in walk(expr):
+        if not (isinstance(part, Call) and part.operator in SECTIONS):
+            continue
+        # Two rays of a scan are apart by its angle_increment.
+        by = part.operands[2] if part.operator == "sector" else Literal(1, part.operands[-1].type)
+        for place, sign, told in _ENDS:
+            operands = list(part.operands)
+            operands[place] = Binary(sign, operands[place], by, operands[place].type)
+            yield (
+                told.format(text(part)),
+                _with(expr, part, replace(part, operands=tuple(operands))),
+            )
 
 
 def pieces_of(data: Data, text: Callable[[Expr], str]) -> list[DataPiece]:

@@ -22,6 +22,7 @@ from robosc.traces.exact_steps import (
     function,
     holds,
     keys_read,
+    of_carried,
     possible_values,
 )
 from robosc.traces.samples import NEAR
@@ -207,7 +208,7 @@ class DecidedCondition:
             several = deciding if len(deciding) == 1 else [] if deciding else [a for _, a in found]
             return {value: tuple(pair for atoms in several for pair in atoms)}
 
-        return over
+        return of_carried(expr, over)
 
     def _filtered(self, expr: Aggregate) -> _Compiled:
         """What decides of which elements a value is made; it holds where the value is defined."""
@@ -248,7 +249,7 @@ class DecidedCondition:
                     pairs += found[n][1]
             return {value is not None: pairs}
 
-        return over
+        return of_carried(expr, over)
 
     def _atom(self, expr: Expr) -> Atom:
         compared = expr.operand if isinstance(expr, Holds) else expr

@@ -23,6 +23,7 @@ from robosc.expr.tree import (
     Aggregate,
     Binary,
     Call,
+    Convert,
     ElementRef,
     Expr,
     Holds,
@@ -101,7 +102,35 @@ def function(expr: Expr) -> Function:
                 first, second = operands
                 return lambda s, v: scalar(first(s, v), second(s, v))
             return lambda s, v: scalar(*[operand(s, v) for operand in operands])
-    return lambda s, v: evaluate(expr, _lookup(s, v))
+    return of_carried(expr, lambda s, v: evaluate(expr, _lookup(s, v)))
+
+
+def of_carried(expr: Expr, found: Callable[[State, Carried], T]) -> Callable[[State, Carried], T]:
+    """The same function of an expression, which is computed once for each thing that is carried if
+    the expression reads nothing else: of a long array that takes long."""
+    parts = list(walk(expr))
+    bound = {part.variable for part in parts if isinstance(part, Aggregate)}
+    inner = {part.variable for part in parts if isinstance(part, ElementRef)}
+    takes_long = bound or any(isinstance(part, Convert) for part in parts)
+    if keys_read([expr]) or not takes_long or inner - bound:
+        return found
+    known: dict[int, tuple[Carried, T | Undefined]] = {}
+
+    def remembering(s: State, v: Carried) -> T:
+        one = known.get(id(v))
+        if one is None or one[0] is not v:
+            if len(known) >= REMEMBERED:
+                known.clear()
+            try:
+                one = v, found(s, v)
+            except Undefined as error:
+                one = v, error
+            known[id(v)] = one
+        if isinstance(one[1], Undefined):
+            raise Undefined
+        return one[1]
+
+    return remembering
 
 
 def _is_plain(expr: Expr) -> bool:

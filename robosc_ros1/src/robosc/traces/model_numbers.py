@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from math import ceil, floor
 from typing import Any
 
 from robosc.expr.traversal import walk
 from robosc.expr.tree import (
+    Aggregate,
     Binary,
     Call,
     Convert,
+    ElementRef,
     Expr,
     Literal,
     ParameterRef,
@@ -27,6 +30,10 @@ from robosc.plant.logic import exact
 
 _ASKED = {"isnan": math.nan, "isinf": math.inf}
 """What is asked for by functions."""
+OF_SCANS = {"angle_min": -1.0, "angle_increment": 0.5, "range_min": 0.05, "range_max": 100.0}
+"""What tells the directions and limits of a scan in runs."""
+SECTIONS = ("section", "sector")
+"""The functions that take some elements of an array, up to two ends."""
 
 
 def constants(expr: Expr) -> Iterator[Any]:
@@ -75,9 +82,12 @@ def expressions(robot: Robot, events: Iterable[Event]) -> Iterator[tuple[Expr, f
         owned += [(expr, event.identity) for expr in judging(robot, event)]
         owned += [(expr, c) for c in _carriers(event) for _, expr, _ in _read_by(event)]
     for expr, owner in owned:
+        arrays = {part.variable: part.array for part in walk(expr) if isinstance(part, Aggregate)}
         for part in comparisons(expr):
             reads: set[Any] = set()
-            for leaf in walk(part):
+            elements = {leaf.variable for leaf in walk(part) if isinstance(leaf, ElementRef)}
+            roots = [part, *(arrays[name] for name in elements if name in arrays)]
+            for leaf in (leaf for root in roots for leaf in walk(root)):
                 if isinstance(leaf, VariableRef):
                     reads.add(leaf.key)
                 elif isinstance(leaf, ValueRef) and owner is not None:
@@ -165,3 +175,29 @@ def origins(robot: Robot, events: Iterable[Event]) -> dict[Any, frozenset[Any]]:
     for event in events:
         found.setdefault((event.identity, None), {event.identity})
     return {key: frozenset(names) for key, names in found.items()}
+
+
+def sections(robot: Robot, events: Iterable[Event]) -> dict[Any, set[int]]:
+    """By event and path of an array, the indexes at the ends of its sections, and beside them."""
+    found: dict[Any, set[int]] = {}
+    for event in events:
+        exprs = [*judging(robot, event), *(expr for _, expr, _ in _read_by(event))]
+        for part in (part for expr in exprs for part in walk(expr)):
+            if not (isinstance(part, Call) and part.operator in SECTIONS):
+                continue
+            array, ends = part.operands[0], part.operands[-2:]
+            first, last = (next(constants(end), None) for end in ends)
+            if not isinstance(array, ValueRef) or first is None or last is None:
+                continue
+            if part.operator == "sector":
+                first, last = ceil(_ray(first)), floor(_ray(last))
+            for carrier in _carriers(event):
+                places = found.setdefault((carrier, array.path), set())
+                places |= {first, first - 1, last, last + 1}
+    return found
+
+
+def _ray(angle: float) -> float:
+    """The index at which a scan's angle lies, the first time around."""
+    turned = (angle - OF_SCANS["angle_min"]) % math.tau
+    return round(turned / OF_SCANS["angle_increment"], 3)

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, permutations
 from typing import Any
 
 from robosc import dotted
@@ -39,7 +39,14 @@ from robosc.simulate.machines.machine import label
 from robosc.simulate.values.event_data import Given, complete, outer_parts, part_given
 from robosc.simulate.values.literals import literal_text
 from robosc.simulate.values.typed_values import within_whole
-from robosc.traces.model_numbers import constants, enums, expressions, origins
+from robosc.traces.model_numbers import (
+    OF_SCANS,
+    constants,
+    enums,
+    expressions,
+    origins,
+    sections,
+)
 
 NEAR = 1e-6
 """How far a number is from the one beside which it lies, as a fraction of it, or of 1."""
@@ -111,6 +118,7 @@ class Samples:
                 self._together[key] = [e for e in others if e.kind is EventKind.RESPONSE]
         self._expressions = list(expressions(robot, self.events))
         self._read_by = origins(robot, self.events)
+        self._sections = sections(robot, self.events)
 
     def of(self, event: Event) -> list[Sample]:
         """The samples of an event, the plainest first; one without value if it carries none."""
@@ -279,7 +287,7 @@ class Samples:
     def _numbers(self, event: Event, path: tuple[Any, ...]) -> Iterator[float]:
         found = [float(v) for v in self._literals(event, path) if _is_number(v)]
         if path[-1:] == ("ranges",):
-            found += [_OF_SCANS["range_min"], _OF_SCANS["range_max"]]
+            found += [OF_SCANS["range_min"], OF_SCANS["range_max"]]
         finite = sorted({v for v in found if math.isfinite(v) and abs(v) < 1e30} or {0.0})
         more = {a * b for a in finite for b in finite} if len(finite) < 6 else set()
         more |= {a / b for a in finite for b in finite if b} if len(finite) < 6 else set()
@@ -315,6 +323,10 @@ class Samples:
             if p[: len(path)] == path and len(p) > len(path) and isinstance(p[len(path)], int)
         ]
         longest = max([4, *(abs(int(i)) for i in indexes)]) + 1
+        ends = sorted(self._sections.get((event.identity, path), ()))
+        if ends:  # counted from the front and from the back they do not meet
+            longest = max(longest, 1 - min(ends[0], 0) + max(ends[-1], 0))
+            longest = max(longest, LENGTHS[0] if path[-1:] == ("ranges",) else 0)
         items = list(self._of_type(event, path, element))
         usual = items[:2]
         for item in items[:BASES]:
@@ -322,10 +334,15 @@ class Samples:
         for length in LENGTHS:
             for item in usual:
                 yield [item] * length
+        for place in ends:
+            for rest, item in permutations(usual):
+                array = [rest] * longest
+                array[place] = item
+                yield array
         for item in items[BASES:]:
             yield [item] * longest
-        for place in dict.fromkeys([*map(int, indexes), longest // 2, 0]):
-            for item in items[:12]:
+        for place in dict.fromkeys([*map(int, indexes), *ends[1:2], longest // 2, 0]):
+            for item in items[:BASES]:
                 for rest in usual:
                     array = [rest] * longest
                     array[place] = item
@@ -367,12 +384,8 @@ def _flat(raw: Any) -> Any:
     return found
 
 
-_OF_SCANS = {"angle_min": -1.0, "angle_increment": 0.5, "range_min": 0.05, "range_max": 100.0}
-"""What tells the directions and limits of a scan."""
-
-
 def _likely(name: str, values: list[Any]) -> list[Any]:
-    usual = _OF_SCANS.get(dotted.last(name))
+    usual = OF_SCANS.get(dotted.last(name))
     return values if usual is None else [usual]
 
 
