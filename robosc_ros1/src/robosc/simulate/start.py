@@ -39,7 +39,8 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
         chosen = supervisor_with(supervisor, settings.more, starts)
         if execute and robot.supervises:
             stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
-            return supervised.SupervisedExecution(chosen, read_settings(robot, {**stop, **given}))
+            settings = read_settings(robot, {**stop, **given})
+            return supervised.SupervisedExecution(chosen, settings, demand_fitting)
         if execute:
             return Execution(chosen, settings, demand_fitting)
         if not settings.more.keys() >= given.keys():
