@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -312,13 +313,22 @@ def _judge(args: Arguments) -> int:
 def _report(args: Arguments) -> int:
     from robosc.evidence.document import evidence, format_of, rendered
     from robosc.evidence.runs import recorded_runs
+    from robosc.simulate.bags.bag_files import target_of
     from robosc.traces.scripts import chosen, requirement_rows
 
     suffix = format_of("" if args.output is None else args.output.suffix)
     loaded = pipeline.load(args.model, _options(args))
     supervisor = pipeline.supervise(loaded.robot, args.progress)
     verified = pipeline.verify(supervisor, args.progress)
-    runs = recorded_runs(supervisor, args.logs, args.bags, args.progress)
+
+    @cache
+    def judging(target: pipeline.Target | None) -> Supervisor:
+        """Judges a bag as replay does: the commands in it may be those of any controller."""
+        robot = pipeline.load(args.model, _options(args, of_others=True), target).robot
+        return pipeline.supervise(robot, args.progress)
+
+    bags = ((bag, judging(target_of(str(bag)))) for bag in args.bags)
+    runs = recorded_runs(supervisor, args.logs, bags, args.progress)
     tests = requirement_rows(supervisor, chosen(supervisor, args.model))
     args.progress.clear()
     warnings = errors.sort_diagnostics(loaded.diagnostics + supervisor.diagnostics)

@@ -325,3 +325,42 @@ def test_runs_of_the_packages_test(robosc: Robosc, model: Path, tmp_path: Path) 
             assert told["runs"] and told["why_not"] is None
             for name in told["runs"]:
                 assert words in (scripts / f"{name}.sim").read_text(encoding="utf-8"), name
+
+
+OF_DATA = """robot Cart {
+    component Base {
+        outgoing message beat with identifier: "/beat", timeout: 5 s, type: boolean
+        incoming message go with identifier: "/go", type: double
+    }
+    requirement "SR-1 fresh" go needs beat.fresh
+    requirement "SR-2 slow" go needs value <= 0.5
+    provide go with 0.25
+    stop with nothing
+}"""
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+@pytest.mark.parametrize(("speed", "code"), [(0.5, 0), (0.75, 1)])
+def test_a_bag_is_judged_as_replay_does(
+    robosc: Robosc, tmp_path: Path, kind: str, speed: float, code: int
+) -> None:
+    """The model's own controller sends other data, which say nothing of those in a bag."""
+    pytest.importorskip("rosbags")
+    from simulate.recorded_runs import START, BagWriter
+
+    model = tmp_path / "cart.rscd"
+    model.write_text(OF_DATA, encoding="utf-8")
+    writer = BagWriter(tmp_path / f"run.{kind}", {})
+    writer.write("/beat", "std_msgs/msg/Bool", START, {"data": True})
+    writer.write("/go", "std_msgs/msg/Float32", START + 1, {"data": speed})
+    writer.close()
+    replayed = robosc("replay", str(model), str(writer.path))
+    out = tmp_path / "evidence.json"
+    done = robosc("report", str(model), "--bags", str(writer.path), "--output", str(out))
+    assert (done.returncode, replayed.returncode) == (code, code), replayed.stdout
+    shown = by_id(document(done, out))
+    told = [violation["told"] for violation in shown["SR-2"]["violations"]]
+    assert len(told) == code
+    assert all(line.endswith("value is 0.75") for line in told)
+    assert replayed.stdout.count("value is 0.75") == code
+    assert shown["SR-1"]["violations"] == []

@@ -292,3 +292,43 @@ def test_what_is_read_of_a_refused_answer_only(message: str, place: str) -> None
     """The transition of the error reads a field that no transition of the response does."""
     player = session(supervisor_of(REFUSED), execute=True)
     play(player, f'q.response success: false, message: "{message}"', f"expect B.{place}")
+
+
+BEYOND = """
+robot Beyond {
+    component Base {
+        outgoing message level with type: integer
+        incoming message gear with type: std_msgs/UInt8
+        incoming message gears with type: std_msgs/UInt8MultiArray
+        incoming message far with type: double
+        incoming message rest with type: none
+        behaviour {
+            variable last: integer = 1
+            initial marked state on_ { on response from level do last := value }
+        }
+    }
+    prefer { gear, gears, far } over rest
+    provide gear with { data: Base.last }
+    provide gears with { data: [1, Base.last] }
+    provide far with Base.last * 1e36
+}
+"""
+
+
+def test_commands_beyond_their_fields_are_not_sent_and_hold_back_nothing() -> None:
+    """As in nodes, where a message cannot be packed."""
+    player = session(supervisor_of(BEYOND), execute=True)
+    done = play(player, "level 255", "wait 0.15")
+    assert {(h.name, h.outcome) for h in done.happenings} == {
+        ("gear", "applied"), ("gears", "applied"), ("far", "applied")
+    }  # fmt: skip
+    done = play(player, "level 400")
+    assert sent(done) == ["rest"]
+    done = play(player, "wait 0.15")
+    failed = {h.name: h.detail for h in done.happenings if h.outcome == "failed"}
+    assert failed == {
+        "gear": "400 does not fit uint8",
+        "gears": "400 does not fit uint8",
+        "far": "4e+38 does not fit float32",
+    }
+    assert {h.name for h in done.happenings if h.outcome == "applied"} == {"rest"}

@@ -32,6 +32,7 @@ from robosc.runtime.core.settings import Settings
 from robosc.simulate.bags.bag_files import opened_bag
 from robosc.simulate.bags.bag_run import BagRun, settings_of
 from robosc.simulate.bags.judgement import Judgement, judge
+from robosc.simulate.bags.judgement_report import judgement_document, judgement_text
 from robosc.simulate.bags.recorded_messages import default_message, fill
 from robosc.simulate.bags.recorded_names import recorded_names
 from robosc.supervisor import Supervisor
@@ -400,6 +401,35 @@ def test_a_requirement_on_all_states(tmp_path: Path) -> None:
         ("violation", "state", 1),
     ]
     assert "requirement never Pump.running and Arm.extended" in found.findings[1].reasons[0]
+
+
+def test_requirements_on_all_states_that_are_not_judged_are_told(tmp_path: Path) -> None:
+    """A bag of ROS 1 shows no services; whatever else the state depends on them is not known."""
+    text = TWO.replace(
+        "component Pump {",
+        """component Valve {
+        service open with identifier: "/open", type: std_srvs/Trigger
+        behaviour {
+            initial marked state shut { on request to open goto opening }
+            state opening { on response, error from open goto shut }
+        }
+    }
+    component Pump {""",
+    )
+    assert "Valve" in text
+    bag = BagWriter(tmp_path / "two.bag", {})
+    for time, topic in [(0.0, "start"), (2.0, "halt")]:
+        bag.write(f"/{topic}", "std_msgs/msg/Empty", START + time, {})
+    bag.close()
+    found = judged(supervisor_of(text, "two.rscd"), tmp_path / "two.bag")
+    never = "requirement never Pump.running and Arm.extended"
+    assert f"not judged, since the whole state is not known: {never}" in judgement_text(found)
+    document = judgement_document(found)
+    validate(document, "judgement")
+    assert {"kind": "state", "name": never} in document["not_judged"]
+    whole = judged(supervisor_of(TWO, "two.rscd"), tmp_path / "two.bag")
+    assert "not judged" not in judgement_text(whole)
+    assert judgement_document(whole)["not_judged"] == []
 
 
 @pytest.mark.parametrize("kind", ["bag", "mcap"])

@@ -321,6 +321,13 @@ def edited(*changes: tuple[str, str]) -> Callable[[Path], None]:
     return change
 
 
+def listed_twice(bag: Path) -> None:
+    """Let metadata.yaml name its file a second time."""
+    content = (bag / "metadata.yaml").read_text()
+    (line,) = (one for one in content.splitlines(keepends=True) if "- run_0." in one)
+    (bag / "metadata.yaml").write_text(content.replace(line, 2 * line))
+
+
 QOS = """offered_qos_profiles:
       - history: keep_last
         depth: 3
@@ -342,6 +349,7 @@ QOS = """offered_qos_profiles:
         edited(("storage_identifier: mcap", 'storage_identifier: ""')),
         edited(("message_count: 60", "message_count: 5")),
         edited(("topics_with_message_count:", "topics_in_another_way:")),
+        listed_twice,
         lambda bag: (bag / "metadata.yaml").unlink(),
     ],
 )  # fmt: skip

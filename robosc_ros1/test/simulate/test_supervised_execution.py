@@ -237,3 +237,25 @@ def test_a_command_replaces_another_one_of_its_topic() -> None:
     player = session(supervisor_of(text, supervises=True), execute=True)
     play(player, "clear true", "fast", "clear false", "expect sent halt")
     play(player, "clear true", "fast", "slow", "clear false", "expect sent nothing")
+
+
+def test_a_correction_beyond_its_field_is_blocked() -> None:
+    """As in a node, where the message cannot be packed; a typed array may be left out."""
+    model = """
+        robot Gears {
+            component Base {
+                incoming message gear with type: std_msgs/UInt8
+                incoming message pose with type: geometry_msgs/PoseWithCovariance
+            }
+            provide gear with { data: value.data * 20 }
+            provide pose with { covariance: [min(v, 1.0) for v in value.covariance] }
+            stop with nothing
+        }
+    """
+    machine = machine_maker(supervisor_of(model, supervises=True), execute=True)({})
+    (passed,) = told(fire(machine, "gear.request", {"data": 12}))
+    assert passed[1:3] == ("applied", {"data": 240})
+    (blocked,) = told(fire(machine, "gear.request", {"data": 13}))
+    assert (blocked[1], blocked[3]) == ("blocked", "260 does not fit uint8")
+    (whole,) = fire(machine, "pose.request", {})
+    assert whole.outcome == "applied"

@@ -13,7 +13,8 @@ from ros_support import REPOSITORY
 
 from robosc import pipeline
 from robosc.model.ros.definitions import MessageDefinitions
-from robosc.traces.narrow_fields import KnownFields
+from robosc.simulate.faults import InvalidLine
+from robosc.simulate.values.message_fields import KnownFields
 from robosc.traces.scripts import Traces, choose, script
 
 EVERYTHING = REPOSITORY / "robosc_ros1" / "test" / "ros2" / "models" / "everything.rscd"
@@ -95,6 +96,25 @@ def test_a_command_beyond_its_field_holds_back_nothing_and_is_not_expected(
     assert numbers <= {40, 80, 120}
     after = text.split("level.response 4\n")[1]
     assert after.startswith("expect sent lamp.request\n")
+
+
+@pytest.mark.parametrize(("number", "arrives"), [(0.1, 0.10000000149), (-3e38, -3e38)])
+def test_a_number_beyond_32_bits_does_not_fit(number: float, arrives: float) -> None:
+    """It is no infinity, which another number could be."""
+    model = """
+        robot Far {
+            component Base { incoming message far with type: double }
+            provide far with 1.0
+            stop with nothing
+        }
+    """
+    supervisor = supervisor_of(model)
+    known = KnownFields(supervisor.plant.robot, MessageDefinitions(ros_version="1"))
+    event = next(e for e in supervisor.plant.events if e.name == "far")
+    assert known.narrow(event, {"data": number}) == {"data": pytest.approx(arrives, rel=1e-7)}
+    for beyond in (4e38, -1e300):
+        with pytest.raises(InvalidLine, match="does not fit float32"):
+            known.narrow(event, {"data": beyond})
 
 
 ARM = """

@@ -53,9 +53,12 @@ class RecordedRuns:
 
 
 def recorded_runs(
-    supervisor: Supervisor, logs: Iterable[Path], bags: Iterable[Path], progress: Progress
+    supervisor: Supervisor,
+    logs: Iterable[Path],
+    bags: Iterable[tuple[Path, Supervisor]],
+    progress: Progress,
 ) -> RecordedRuns:
-    """Follow logs, and judge bags.
+    """Follow logs, and judge bags, each by its supervisor: one for commands of any controller.
 
     Raises:
         UsageError: one cannot be read, or has nothing of this robot.
@@ -64,7 +67,7 @@ def recorded_runs(
     requirements = supervisor.plant.robot.requirements
     shown = {r.text: RequirementRecord() for r in requirements if not r.implied}
     runs = [_follow(supervisor, str(log), shown) for log in logs]
-    runs += [_judge(supervisor, bag, shown, progress) for bag in bags]
+    runs += [_judge(judging, bag, shown, progress) for bag, judging in bags]
     return RecordedRuns(tuple(runs), shown)
 
 

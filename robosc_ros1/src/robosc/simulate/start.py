@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from robosc.errors import UsageError
+from robosc.language.events import EventKind
 from robosc.model.declarations.parameters import with_parameters, with_starts
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.plant.build import lower
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines import event_by_event, machine, supervised
 from robosc.simulate.machines.execute import Execution, read_settings
 from robosc.simulate.script.session import MakeMachine
 from robosc.simulate.values.literals import parse_raw
+from robosc.simulate.values.message_fields import Fields, KnownFields
 from robosc.supervisor import Supervisor
 
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
@@ -26,6 +31,7 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     They are given parameters of the node by name (``rate``, ``order``, ``timeout/grab`` …), those
     of the model among them. Raise InvalidLine if one is unknown or has a wrong value.
     """
+    demand_fitting = _fitting(supervisor)
 
     def make(given: Mapping[str, Any], starts: Mapping[str, Any] = _NOTHING) -> machine.Machine:
         robot = supervisor.plant.robot
@@ -33,14 +39,32 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
         chosen = supervisor_with(supervisor, settings.more, starts)
         if execute and robot.supervises:
             stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
-            return supervised.SupervisedExecution(chosen, read_settings(robot, {**stop, **given}))
+            settings = read_settings(robot, {**stop, **given})
+            return supervised.SupervisedExecution(chosen, settings, demand_fitting)
         if execute:
-            return Execution(chosen, settings)
+            return Execution(chosen, settings, demand_fitting)
         if not settings.more.keys() >= given.keys():
             raise InvalidLine("this is a parameter of the controller's node: use --execute")
         return event_by_event.SingleEvents(chosen)
 
     return make
+
+
+def _fitting(supervisor: Supervisor) -> Callable[[str, Any], None]:
+    """Demands that the data of a command, by its key, fit into its message, if its definition is
+    known: nodes send no others."""
+    robot = supervisor.plant.robot
+    requests = {e.key: e for e in supervisor.plant.events if e.kind is EventKind.REQUEST}
+
+    @cache
+    def fields() -> Fields:
+        return KnownFields(robot, MessageDefinitions.for_model(Path(robot.span.source.path)))
+
+    def demand(key: str, data: Any) -> None:
+        if key in requests:
+            fields().demand_fitting(requests[key], data)
+
+    return demand
 
 
 def supervisor_with(

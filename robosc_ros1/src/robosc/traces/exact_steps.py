@@ -48,8 +48,8 @@ from robosc.plant.event_values import value_parts
 from robosc.plant.logic import exact
 from robosc.runtime.core.values import Undefined, widen
 from robosc.simulate.faults import InvalidLine
+from robosc.simulate.values.message_fields import Fields, parts_of
 from robosc.supervisor import Supervisor
-from robosc.traces.samples import Fields
 
 T = TypeVar("T")
 State: TypeAlias = dict[str, Any]
@@ -430,20 +430,6 @@ def refused(parts: Carried) -> Carried:
     return {**parts, REASON: REFUSED}
 
 
-def parts_of(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
-    """Nested data and all parts of them, by path."""
-    yield path, data
-    inner = (
-        data.items()
-        if isinstance(data, dict)
-        else enumerate(data)
-        if isinstance(data, list)
-        else ()
-    )
-    for name, part in inner:
-        yield from parts_of(part, (*path, name))
-
-
 def _data(data: Data) -> Function:
     """Provided data as nested dicts, lists and values."""
     if isinstance(data, DataObject):
@@ -644,9 +630,8 @@ class Steps:
         Raises:
             Undefined: they do not, so that they cannot be sent.
         """
-        parts = {path_text(p): v for p, v in parts_of(data) if not isinstance(v, dict)}
         try:
-            self.fields.narrow(self.by_event[EventKind.REQUEST, key, 0].event, parts)
+            self.fields.demand_fitting(self.by_event[EventKind.REQUEST, key, 0].event, data)
         except InvalidLine as problem:
             raise Undefined from problem
 

@@ -26,6 +26,7 @@ from robosc.simulate.machines.execute import Execution, read_settings
 from robosc.simulate.machines.machine import Happening, label
 from robosc.simulate.machines.supervised import SupervisedExecution
 from robosc.simulate.values.literals import literal_text
+from robosc.simulate.values.message_fields import parts_of
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import (
@@ -35,7 +36,6 @@ from robosc.traces.exact_steps import (
     ExactStep,
     State,
     Steps,
-    parts_of,
     refused,
 )
 from robosc.traces.samples import Sample, fields_text

@@ -38,6 +38,7 @@ from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.machine import label
 from robosc.simulate.values.event_data import Given, complete, outer_parts, part_given
 from robosc.simulate.values.literals import literal_text
+from robosc.simulate.values.message_fields import Fields
 from robosc.simulate.values.typed_values import within_whole
 from robosc.traces.model_numbers import (
     OF_SCANS,
@@ -79,29 +80,6 @@ class Sample:
     """The events that the same message is besides, with the parts that they read."""
     converted: str = ""
     """What enums make something else of, as text."""
-
-
-class Fields:
-    """What becomes of raw values in the fields of messages: of these nothing is known."""
-
-    def __init__(self) -> None:
-        self.unknown: set[str] = set()
-        """The messages that were asked for, and of which no definition was found."""
-
-    def narrow(self, event: Event, raw: Any) -> Any:
-        """A value as it arrives in the fields of an event's message.
-
-        Raises:
-            InvalidLine: it does not fit into them.
-        """
-        return raw
-
-    def demand_whole(self, event: Event, raw: Any) -> None:
-        """Demand what always arrives.
-
-        Raises:
-            InvalidLine: the value leaves out an element of an array of fixed length.
-        """
 
 
 class Samples:

@@ -21,13 +21,13 @@ from robosc.model.ros.definitions import MessageDefinitions
 from robosc.simulate.machines.machine import label
 from robosc.simulate.start import supervisor_with
 from robosc.simulate.values.literals import literal_text
+from robosc.simulate.values.message_fields import Fields, KnownFields
 from robosc.supervisor import Supervisor
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Steps
 from robosc.traces.guard_recorder import GuardRecorder, MonitorRecorder, permissive
-from robosc.traces.narrow_fields import KnownFields
 from robosc.traces.recorder import Recorder, ScriptedRun
-from robosc.traces.samples import Fields, Samples
+from robosc.traces.samples import Samples
 from robosc.traces.search import Edge, InputGraph, scaled
 from robosc.traces.unreachable import unreachable
 

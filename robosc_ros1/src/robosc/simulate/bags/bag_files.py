@@ -238,8 +238,8 @@ def _folder(folder: Path, stack: ExitStack) -> BagStorage:
     if description is None:
         notes.append(f"{_METADATA} is missing or damaged: all files of the folder are read")
         description = {}
-    names = [Path(str(name)).name for name in description.get("relative_file_paths") or ()]
-    names = names or _files_in(folder)
+    told = [Path(str(name)).name for name in description.get("relative_file_paths") or ()]
+    names = list(dict.fromkeys(told)) or _files_in(folder)
     there = [name for name in names if (folder / name).exists()]
     if not there:
         raise UsageError(

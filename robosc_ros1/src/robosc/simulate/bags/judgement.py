@@ -88,6 +88,12 @@ class Judgement:
     """Whether the requirements on states were judged."""
 
     @property
+    def unjudged_states(self) -> list[str]:
+        """The texts of the requirements on all states, if these were not judged."""
+        found = self.robot.requirements
+        return [] if self.judges_states else [r.text for r in found if not r.communications]
+
+    @property
     def exit_code(self) -> int:
         """1: a requirement was violated, or the run leaves the model; 2: not all that the recording
         should have could be judged."""

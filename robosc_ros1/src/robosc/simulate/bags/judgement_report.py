@@ -93,6 +93,9 @@ def judgement_notes(judgement: Judgement) -> Iterator[str]:
     if judgement.unjudged:
         names = ", ".join(_event(name, kind) for name, kind in judgement.unjudged)
         yield f"not judged, since it depends on that: {names}"
+    if judgement.unjudged_states:
+        told = "; ".join(judgement.unjudged_states)
+        yield f"not judged, since the whole state is not known: {told}"
 
 
 def _event(name: str, kind: str) -> str:
@@ -168,7 +171,10 @@ def judgement_document(judgement: Judgement) -> dict[str, Any]:
         "missing": list(judgement.missing),
         "absent": list(judgement.absent),
         "not_followed": list(judgement.unseen),
-        "not_judged": [{"kind": kind, "name": name} for name, kind in judgement.unjudged],
+        "not_judged": [
+            *({"kind": kind, "name": name} for name, kind in judgement.unjudged),
+            *({"kind": "state", "name": text} for text in judgement.unjudged_states),
+        ],
     }
 
 

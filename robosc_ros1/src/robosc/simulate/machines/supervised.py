@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import json
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -26,7 +26,7 @@ from robosc.runtime.core.engine import Engine
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.judge import matching
 from robosc.runtime.judge.supervising import Supervising, SupervisorPort, supervisor_engine
-from robosc.simulate.faults import Refused
+from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import execute, machine
 from robosc.simulate.values import event_data
 from robosc.simulate.values.drawn_values import random_raw
@@ -38,9 +38,15 @@ from robosc.supervisor import Supervisor
 class _Port(execute.Clockwork, SupervisorPort):
     """The clock, the requests that are open, and what was blocked."""
 
-    def __init__(self, blank: Mapping[str, event_data.Given]) -> None:
+    def __init__(
+        self,
+        blank: Mapping[str, event_data.Given],
+        demand_fitting: Callable[[str, port.Data], None],
+    ) -> None:
         super().__init__()
-        self._blank = blank
+        self._blank, self._demand_fitting = blank, demand_fitting
+        self.asked: dict[int, str] = {}
+        """The keys of the commands that were typed, by the identity of what they carry."""
         """The parts that are read of each command, as a message has them that nobody filled in."""
         self.documents: list[dict[str, Any]] = []
         self.sent: dict[str, list[Any]] = {}
@@ -61,6 +67,12 @@ class _Port(execute.Clockwork, SupervisorPort):
         self.documents.append(json.loads(text))
 
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:
+        # An array that was not typed has the length of its field, which typed values do not know.
+        whole = {name: value for name, value in data.items() if value != []}
+        try:
+            self._demand_fitting(self.asked[id(message)], whole)
+        except InvalidLine as problem:
+            raise ValueError(str(problem)) from problem
         return _with_fields(message, data)
 
     def composed(self, key: str, data: dict[str, Any] | None) -> Any:
@@ -83,10 +95,15 @@ class _Port(execute.Clockwork, SupervisorPort):
 class SupervisedExecution(execute.Execution):
     """A :class:`~robosc.simulate.machines.machine.Machine` that executes the supervisor."""
 
-    def __init__(self, supervisor: Supervisor, settings: Settings) -> None:
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        settings: Settings,
+        check: Callable[[str, port.Data], None] = lambda key, data: None,
+    ) -> None:
         names = supervisor.plant.robot.display_names
         self._keys = {names[key]: key for key in supervisor.plant.robot.communications}
-        super().__init__(supervisor, settings)
+        super().__init__(supervisor, settings, check)
         asked = {
             (e.key, e.kind): e.whole or e
             for e in self.plant.events
@@ -96,7 +113,8 @@ class SupervisedExecution(execute.Execution):
 
     def _make(self) -> Engine[Any]:
         commands = (e for e in self.plant.events if e.controllable and e.kind is EventKind.REQUEST)
-        self._port = _Port({e.key: _blank(self.plant.robot, e) for e in commands})
+        blank = {e.key: _blank(self.plant.robot, e) for e in commands}
+        self._port = _Port(blank, self._check)
         self._clock = self._port
         self._controller = self._kind()
         execute.read_given(self._controller, self.plant)
@@ -127,6 +145,7 @@ class SupervisedExecution(execute.Execution):
         engine, key = self._engine, event.key
         role = engine.role
         assert isinstance(role, Supervising)
+        self._port.asked[id(given)] = key
         if event.kind.served:
             self._answer(event, given)
         elif event.kind is EventKind.CANCEL:
@@ -136,7 +155,7 @@ class SupervisedExecution(execute.Execution):
         else:
             role.request(key, given, given, lambda *_: None)
         engine.cycle()
-        self._past.append((event, given))
+        self._past.append((event, given))  # so that the identity remains its own
         return self._happened()
 
     def _answer(self, event: Event, given: event_data.Given) -> None:

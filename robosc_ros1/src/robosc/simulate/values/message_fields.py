@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 from robosc.expr.traversal import path_text
@@ -14,7 +15,6 @@ from robosc.model.ros.interfaces import INTEGERS, Definition, FieldType, Missing
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
 from robosc.simulate.faults import InvalidLine
-from robosc.traces.samples import Fields
 
 _BUILT_IN = {f"{basic.package}/{basic.type}": basic for basic in BASIC.values()}
 Path: TypeAlias = tuple[str | int, ...]
@@ -28,6 +28,52 @@ _PARTS = {
     EventKind.FEEDBACK: (2, "feedback_field"),
 }
 """By kind of event: the part of a definition that brings its value, and the only field."""
+
+
+def parts_of(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
+    """Nested data and all parts of them, by path."""
+    yield path, data
+    inner = (
+        data.items()
+        if isinstance(data, dict)
+        else enumerate(data)
+        if isinstance(data, list)
+        else ()
+    )
+    for name, part in inner:
+        yield from parts_of(part, (*path, name))
+
+
+class Fields:
+    """What becomes of raw values in the fields of messages: of these nothing is known."""
+
+    def __init__(self) -> None:
+        self.unknown: set[str] = set()
+        """The messages that were asked for, and of which no definition was found."""
+
+    def narrow(self, event: Event, raw: Any) -> Any:
+        """A value as it arrives in the fields of an event's message.
+
+        Raises:
+            InvalidLine: it does not fit into them.
+        """
+        return raw
+
+    def demand_whole(self, event: Event, raw: Any) -> None:
+        """Demand what always arrives.
+
+        Raises:
+            InvalidLine: the value leaves out an element of an array of fixed length.
+        """
+
+    def demand_fitting(self, event: Event, data: Any) -> None:
+        """Demand that the data of a command fit into the fields of its message.
+
+        Raises:
+            InvalidLine: they do not, so that they cannot be sent.
+        """
+        parts = {path_text(p): v for p, v in parts_of(data) if not isinstance(v, dict)}
+        self.narrow(event, parts)
 
 
 class KnownFields(Fields):
@@ -135,6 +181,6 @@ def _as_in(value: Any, type_: FieldType | None) -> Any:
 
 def _rounded(value: float) -> float:
     try:
-        return float(struct.unpack("f", struct.pack("f", value))[0])
+        return float(struct.unpack("<f", struct.pack("<f", value))[0])
     except OverflowError:
         raise InvalidLine(f"{value} does not fit float32") from None
