@@ -10,13 +10,14 @@ import math
 from itertools import pairwise
 
 import pytest
-from synthesis.plants import plant_of, supervisor_of
+from synthesis.plants import event_of, plant_of, supervisor_of
 
 from robosc.errors import listing
+from robosc.plant.automaton import PlantState
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize
 from robosc.synthesis.compiled_steps import Stepper
-from robosc.synthesis.faults import ExplicitFaults, Round, way_through_rounds
+from robosc.synthesis.faults import UNSAFE, ExplicitFaults, Round, way_through_rounds
 from robosc.synthesis.time_limit import ExplanationTime
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
@@ -196,3 +197,36 @@ def test_ways_end_in_states_with_the_fault() -> None:
     path = list(way_through_rounds(search, plant.initial))
     assert search.round_of(path[0]) == max(map(search.round_of, path))
     assert search.way(path[-1], Round(0, "earlier"), forced=False) is None
+
+
+def test_nothing_is_searched_behind_a_state_that_violates_a_requirement() -> None:
+    """Half of the time of zones 8 11 went into what follows where two robots are in one zone."""
+    plant = plant_of("""robot Two {
+        component Bot[1..2] {
+            incoming message go with identifier: "/r{index}/go", type: none
+            outgoing message there with identifier: "/r{index}/there", type: none
+            behaviour {
+                initial marked state waits { on request to go goto drives }
+                state drives { on response from there goto waits }
+            }
+        }
+        requirement never Bot[1].drives and Bot[2].drives
+    }""")
+    looked: list[PlantState] = []
+
+    def is_good(state: PlantState) -> bool:
+        looked.append(state)
+        return False
+
+    stepper = Stepper(plant)
+    search = ExplicitFaults(stepper, is_good, ExplanationTime(math.inf))
+    drives = plant.initial
+    for name in ("Bot[1].go.request", "Bot[2].go.request"):
+        number = plant.events.index(event_of(plant, name))
+        ((_, drives),) = stepper.compiled(number, None).targets(drives)
+    assert search.way(drives, UNSAFE, forced=True) == (drives,)
+    assert search.has(drives, "requirement") and not search.has(plant.initial, "requirement")
+    assert not looked
+    way = search.way(plant.initial, UNSAFE, forced=False)
+    assert way is not None and len(way) == 3 and way[-1] == drives
+    assert looked

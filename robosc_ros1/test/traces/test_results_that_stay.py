@@ -58,6 +58,7 @@ def test_results_are_those_that_are_computed_anew(name: str) -> None:
             for each in (steps, again)
         ]
         assert ways[0] == ways[1]
+        assert coverage.of_settled(dict(state)) == fresh.of_settled(dict(state))
         assert [s.number for s in again.commands if again.enabled(s, dict(state))] == [
             s.number
             for s, is_so in zip(steps.commands, steps._enabled(state), strict=True)
@@ -85,6 +86,34 @@ def test_an_input_of_one_of_many_concerns_a_few(monkeypatch: pytest.MonkeyPatch)
     assert after is not None
     coverage.of_state(after)
     assert 0 < len(judged) <= 3
+
+
+def test_what_an_input_leaves_as_it_was_is_sent_without_being_judged_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model = (
+        "component Wheel[1..9] { incoming message turn with type: double provide turn with 0.5 }"
+    )
+    steps = Steps(supervisor_of(model))
+    coverage = Coverage(steps)
+    judged: list[str] = []
+
+    def counted(of: type, name: str) -> None:
+        method = getattr(of, name)
+
+        def instead(self: Any, *rest: Any) -> Any:
+            judged.append(name)
+            return method(self, *rest)
+
+        monkeypatch.setattr(of, name, instead)
+
+    counted(Coverage, "of_command")
+    counted(Steps, "demand_fitting")
+    coverage.of_settled(steps.initial)
+    assert sorted(judged) == 9 * ["demand_fitting"] + 9 * ["of_command"]
+    judged.clear()
+    coverage.of_settled(dict(steps.initial))
+    assert judged == []
 
 
 def test_what_is_undefined_is_tried_again() -> None:

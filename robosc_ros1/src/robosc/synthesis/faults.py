@@ -119,6 +119,8 @@ class ExplicitFaults:
     def way(
         self, start: PlantState, to: Faults | Round, forced: bool
     ) -> tuple[PlantState, ...] | None:
+        if not isinstance(to, Round) and "requirement" in to and self.has(start, "requirement"):
+            return (start,)  # what may follow need not be searched
         number = self._known(start)
         distances = self._distances_to(to, forced)
         if number not in distances:
@@ -130,7 +132,11 @@ class ExplicitFaults:
         return tuple(self._states[n] for n in path)
 
     def has(self, state: PlantState, fault: Fault) -> bool:
-        number = self._known(state)
+        if fault == "requirement":
+            return not self._is_safe(state)
+        return self._has(self._known(state), fault)
+
+    def _has(self, number: int, fault: Fault) -> bool:
         match fault:
             case "requirement":
                 return number in self._failing
@@ -139,6 +145,7 @@ class ExplicitFaults:
             case "blocked":
                 return self._is_whole and number not in self._leading_back(fault)
         there, _, origin = self._goals[fault]
+        state = self._states[number]
         return (
             self._is_whole
             and origin(state)
@@ -177,8 +184,8 @@ class ExplicitFaults:
             return set().union(*(removed for _, removed in rounds[: to.number]))
         return (
             number
-            for number, state in enumerate(self._states)
-            if any(self.has(state, fault) for fault in to)
+            for number in range(len(self._states))
+            if any(self._has(number, fault) for fault in to)
         )
 
     def _backward(
@@ -201,7 +208,7 @@ class ExplicitFaults:
         if size == len(self._states):
             return rounds
         left = set(range(len(self._states)))
-        lost = {n for n in left if any(self.has(self._states[n], fault) for fault in UNSAFE)}
+        lost = {n for n in left if any(self._has(n, fault) for fault in UNSAFE)}
         rounds = []
         while lost or not rounds:
             self._time.check()

@@ -39,6 +39,7 @@ from robosc.traces.exact_steps import (
     holds,
     keys_read,
     possible_values,
+    remembering,
 )
 
 Case: TypeAlias = tuple[Any, ...]
@@ -249,11 +250,19 @@ class Coverage:
         for rule in self.rules:
             reads = self.reads(rule.step)
             if not steps.guards_others:
-                functions.append((partial(self.of_command, rule.step), reads))
+                functions.append((self._of_command[rule.step.number], reads))
             elif not steps.follows and rule.step.number not in self._by_data:
                 functions.append((partial(self._told, rule), reads))
         functions += [(partial(self._edges_in, tau), tau.reads) for tau in steps.taus]
         return Results(functions)
+
+    @cached_property
+    def _of_command(self) -> Mapping[int, Callable[[State], set[Case]]]:
+        """By command :meth:`of_command` of a state; an input leaves most commands as they were."""
+        steps = [rule.step for rule in self.rules]
+        return {
+            s.number: remembering(partial(self.of_command, s), (*self.reads(s),)) for s in steps
+        }
 
     def reads(self, step: ExactStep) -> frozenset[str]:
         """The keys of a state that decide whether an event can happen, and what alone decides."""
@@ -375,7 +384,10 @@ class Coverage:
         elif step.event.kind is not EventKind.TAU:
             found.add(("sent", step.number))
             found |= {("replaced", step.number, True)} if step.replaces(state) else set()
-            found |= self.of_command(step, state, carried if self.steps.guards_others else None)
+            if self.steps.guards_others:
+                found |= self.of_command(step, state, carried)
+            else:
+                found |= self._of_command[step.number](state)
             found.update(self._data_of(step, state, NOTHING))
         found.update(self._edges_of(step, state, carried, after))
         return found | self._stays(step, state, carried, after)

@@ -269,14 +269,12 @@ REMEMBERED = 5000
 """So many results of a function are remembered."""
 
 
-def _remembering(function: Callable[[State], T], reads: Sequence[str]) -> Callable[[State], T]:
+def remembering(function: Callable[[State], T], reads: Sequence[str]) -> Callable[[State], T]:
     """The same function, which is computed once for the same values of what it reads."""
-    if not reads:
-        return function
-    values_of = itemgetter(*reads)
+    values_of: Callable[[State], Any] = itemgetter(*reads) if reads else lambda state: ()
     found: dict[Any, T] = {}
 
-    def remembering(state: State) -> T:
+    def remembered(state: State) -> T:
         values = values_of(state)
         try:
             return found[values]
@@ -288,7 +286,7 @@ def _remembering(function: Callable[[State], T], reads: Sequence[str]) -> Callab
         except TypeError:  # what an array or an object holds
             return function(state)
 
-    return remembering
+    return remembered
 
 
 class Results(Generic[T]):
@@ -300,7 +298,7 @@ class Results(Generic[T]):
 
     def __init__(self, functions: Iterable[tuple[Callable[[State], T], Iterable[str]]]) -> None:
         pairs = [(function, tuple(dict.fromkeys(reads))) for function, reads in functions]
-        self._functions = [_remembering(function, reads) for function, reads in pairs]
+        self._functions = [remembering(function, reads) for function, reads in pairs]
         self._readers: dict[str, list[int]] = {}
         for number, (_, reads) in enumerate(pairs):
             for key in reads:
@@ -384,7 +382,7 @@ class ExactStep:
         return found
 
     @cached_property
-    def provided(self) -> LastOf[tuple[Provide | None, Any]]:
+    def provided(self) -> Callable[[State], tuple[Provide | None, Any]]:
         """The provide statement that gives the data of a command in a state, with the data.
 
         Raises Undefined if some of them have not arrived yet, or are not finite.
@@ -396,7 +394,13 @@ class ExactStep:
                     return provide, data(state, NOTHING)
             return None, None
 
-        return LastOf(provided)
+        # Equal numbers are not always the same data: -0.0 and 0.0.
+        return LastOf(provided) if self._read_by_data else remembering(provided, ())
+
+    @cached_property
+    def _read_by_data(self) -> tuple[str, ...]:
+        given = ((p.condition, *data_expressions(p.data)) for _, p, _ in self.provides)
+        return tuple(keys_read(part for parts in given for part in parts if part is not None))
 
     @cached_property
     def allowed(self) -> LastOf[bool]:
@@ -409,20 +413,26 @@ class ExactStep:
 
         return LastOf(allowed)
 
-    def has_data(self, state: State) -> bool:
+    @cached_property
+    def has_data(self) -> Callable[[State], bool]:
         """Whether there are data to send."""
-        try:
-            self.carried(state)
-        except Undefined:
-            return False
-        return True
+
+        def has_data(state: State) -> bool:
+            try:
+                self.provided(state)
+            except Undefined:
+                return False
+            return True
+
+        return remembering(has_data, self._read_by_data)
 
     def carried(self, state: State) -> Carried:
         """What a command carries in a state, as far as the model reads it. Raises Undefined."""
-        if not self.provides:
-            return NOTHING
-        _, data = self.provided(state)
-        return dict(parts_of(data)) if self.carries else NOTHING
+        if self.provides and self.carries:
+            return dict(parts_of(self.provided(state)[1]))
+        if not self.has_data(state):
+            raise Undefined
+        return NOTHING
 
 
 def refused(parts: Carried) -> Carried:
