@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import threading
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 from runtime.schemas import validate
@@ -15,7 +17,7 @@ from runtime.test_order_of_commands import PreferringController
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.engine import Engine
 from robosc.runtime.core.model import Controller, Parameter
-from robosc.runtime.core.reasons import reason_text
+from robosc.runtime.core.reasons import failure_text, reason_text
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.telemetry import (
     EventLog,
@@ -178,6 +180,24 @@ def test_a_reason_on_a_line_has_all_its_parts(place: Any, because: Any) -> None:
     reason = {"kind": "requirement", "text": "go needs clear", **place, **because}
     expected = "go needs clear" + (" (lamp.rscd:2)" if place else "")
     assert reason_text(reason) == expected + (": a < 1 is false, b" if because else "")
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (0.3, "0.3"),
+        (float(np.float32(0.3)), "0.300000012"),
+        (0.1 + 0.2, "0.30000000000000004"),
+        (float(np.float32(0.3875)), "0.3875"),
+        (1 / 3, "0.333333"),
+        (-2.0, "-2"),
+        (math.inf, "inf"),
+        (math.nan, "nan"),
+        (7, "7"),
+    ],
+)
+def test_a_number_beside_a_round_one_is_not_told_as_that(value: float, told: str) -> None:
+    assert failure_text("", {"value.x": value}) == f"value.x is {told}"
 
 
 def test_every_event_is_published_and_the_last_state_is_the_last() -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from typing import Any, Iterator, Mapping
 
 from .model import Command, Controller, Requirement
@@ -17,6 +18,9 @@ UNEXPLAINED = (
     "it could lead to a state from which a requirement is violated, a variable leaves its range"
     " or no marked state can be reached, whatever the controller does"
 )
+
+_ROUND = 5
+"""So long is the text of a number at most that may be a limit, as somebody wrote it."""
 
 
 def blocked_by(controller: Controller, command: Command, *data: Any) -> list[dict[str, Any]]:
@@ -107,4 +111,10 @@ def failure_text(text: str, values: Mapping[str, Any]) -> str:
 
 
 def _value_text(value: Any) -> str:
-    return "%.6g" % value if isinstance(value, float) else shortened_text(str(value))
+    if not isinstance(value, float):
+        return shortened_text(str(value))
+    text = "%.6g" % value
+    if len(text) > _ROUND or not math.isfinite(value) or float(text) == value:
+        return text
+    # As of 32 bits 0.3 is above 0.3, and "0.3" would not tell why a limit of 0.3 is violated.
+    return "%.9g" % value if float("%.9g" % value) != float(text) else repr(value)
