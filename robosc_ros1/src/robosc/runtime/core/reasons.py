@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import contextlib
-import math
-from typing import Any, Iterator, Mapping
+import re
+from typing import Any, Iterator, Mapping, Sequence
 
 from .model import Command, Controller, Requirement
 from .places import told_with_stage
@@ -19,8 +19,7 @@ UNEXPLAINED = (
     " or no marked state can be reached, whatever the controller does"
 )
 
-_ROUND = 5
-"""So long is the text of a number at most that may be a limit, as somebody wrote it."""
+_NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?")
 
 
 def blocked_by(controller: Controller, command: Command, *data: Any) -> list[dict[str, Any]]:
@@ -99,22 +98,24 @@ def _failures(controller: Controller, requirement: Requirement, *read: Any) -> I
     ``Laser.front > 0.4 is false (Laser.front is 0.3875)``."""
     if requirement.failures is None:
         return
+    limits = [float(number) for number in _NUMBER.findall(requirement.text)]
+    limits += [v for v in controller.parameters().values() if isinstance(v, float)]
     with contextlib.suppress(Undefined):  # what comes behind it is not known, either
         for text, values in requirement.failures(controller, *read):
-            yield failure_text(text, values)
+            yield failure_text(text, values, limits)
 
 
-def failure_text(text: str, values: Mapping[str, Any]) -> str:
-    """Return a part that does not hold, with the values, by name, that it compares."""
-    told = ", ".join("%s is %s" % (n, _value_text(v)) for n, v in values.items())
+def failure_text(text: str, values: Mapping[str, Any], limits: Sequence[float] = ()) -> str:
+    """Return a part that does not hold, with the values, by name, that it compares, if need be so
+    exactly that they differ from all ``limits``."""
+    told = ", ".join("%s is %s" % (n, _value_text(v, limits)) for n, v in values.items())
     return "%s (%s)" % (text, told) if text and told else text or told
 
 
-def _value_text(value: Any) -> str:
+def _value_text(value: Any, limits: Sequence[float]) -> str:
     if not isinstance(value, float):
         return shortened_text(str(value))
-    text = "%.6g" % value
-    if len(text) > _ROUND or not math.isfinite(value) or float(text) == value:
-        return text
-    # As of 32 bits 0.3 is above 0.3, and "0.3" would not tell why a limit of 0.3 is violated.
-    return "%.9g" % value if float("%.9g" % value) != float(text) else repr(value)
+    for text in ("%.6g" % value, "%.9g" % value):  # 0.3 in a field of 32 bits is above 0.3
+        if all(abs(float(text)) != limit or abs(value) == limit for limit in map(abs, limits)):
+            return text
+    return repr(value)
