@@ -36,7 +36,7 @@ from robosc.emit.package.config import shared_topics  # noqa: E402
 from robosc.emit.supervisor.command_recognition import command_matches  # noqa: E402
 from robosc.errors import ModelError, RoboscError, render_all  # noqa: E402
 from robosc.plant.automaton import Plant  # noqa: E402
-from robosc.traces.samples import Samples  # noqa: E402
+from robosc.traces.samples import Sample, Samples  # noqa: E402
 
 KINDS = ("guard", "data", "rule", "update")
 MODES: dict[str, tuple[str, ...]] = {
@@ -85,7 +85,14 @@ def messages(plant: Plant) -> dict[tuple[str, str], list[Any]]:
     """What the robot may say, by key and kind."""
     inputs = [e.whole or e for e in plant.events if not (e.controllable or e.kind.clocked)]
     samples = Samples(plant.robot, inputs)
-    return {(e.key, e.kind.word): [s.given for s in samples.of(e)[:SAMPLES]] for e in inputs}
+    return {(e.key, e.kind.word): [s.given for s in _spread(samples.of(e))] for e in inputs}
+
+
+def _spread(found: list[Sample]) -> list[Sample]:
+    """The plainest ones, and of the others some of each kind: they differ in one part after the
+    other."""
+    plain, others = found[: SAMPLES // 2], found[SAMPLES // 2 :]
+    return plain + others[:: max(1, -(-len(others) // (SAMPLES // 2)))]
 
 
 def print_row(name: str, found: list[Verdict], seconds: float) -> None:
