@@ -118,6 +118,8 @@ def send_promptly():
 
 
 TOPICS_IN_LOG = "/rosout_disable_topics_generation"
+REGISTERED_ANEW = "Reason: new node registered with same name"
+"""What the master says to the node, whose name comes before; it has no other field for that."""
 
 
 def be_forgotten():
@@ -135,8 +137,8 @@ def heed_own_shutdown():
     shutdown = ROSHandler.shutdown
 
     def heed(self, caller_id, reason=""):
-        name = "[%s]" % rospy.get_name()
-        if isinstance(reason, str) and reason.startswith("[/") and not reason.startswith(name):
+        told = str(reason).endswith(REGISTERED_ANEW) and caller_id == "/master"
+        if told and not reason.startswith("[%s] " % rospy.get_name()):
             return 1, "not this node", 0
         return shutdown(self, caller_id, reason)
 

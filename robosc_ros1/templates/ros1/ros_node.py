@@ -143,11 +143,13 @@ class NodeLifecycle:
         on_signals(self._signalled)
         try:
             rospy.init_node(name, argv=arguments, disable_signals=True)
-            be_forgotten()
         except rospy.ROSInitException:
             if not rospy.is_shutdown():
                 raise
-        return not rospy.is_shutdown()
+        if rospy.is_shutdown():
+            return False
+        be_forgotten()
+        return True
 
     def _signalled(self, number):
         # At first, since rospy writes to its log before it calls what is to be done at the end.

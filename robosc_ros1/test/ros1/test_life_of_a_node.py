@@ -201,6 +201,7 @@ def test_what_is_meant_for_the_one_who_had_its_address_does_not_end_it(
     with stage.controller(ear) as node:
         node_itself: Any = ServerProxy(address(stage.master, node.name))
         assert node_itself.shutdown("/master", reason % "/camera")[0] == 1
+        assert node_itself.shutdown("/master", reason % f"{node.name}_too")[0] == 1
         shown = node.ear.mark
         node.shows(lambda s: s["stopped"] is None, since=shown)
         with suppress(OSError):  # it may end before it answers

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from math import ceil, floor
 from typing import Any
 
 from robosc.expr.traversal import walk
@@ -190,7 +189,7 @@ def sections(robot: Robot, events: Iterable[Event]) -> dict[Any, set[int]]:
             if not isinstance(array, ValueRef) or first is None or last is None:
                 continue
             if part.operator == "sector":
-                first, last = ceil(_ray(first)), floor(_ray(last))
+                first, last = math.ceil(_ray(first)), math.floor(_ray(last))
             for carrier in _carriers(event):
                 places = found.setdefault((carrier, array.path), set())
                 places |= {first, first - 1, last, last + 1}

@@ -44,10 +44,11 @@ class _Port(execute.Clockwork, SupervisorPort):
         demand_fitting: Callable[[str, port.Data], None],
     ) -> None:
         super().__init__()
-        self._blank, self._demand_fitting = blank, demand_fitting
+        self._demand_fitting = demand_fitting
+        self._blank = blank
+        """The parts that are read of each command, as a message has them that nobody filled in."""
         self.asked: dict[int, str] = {}
         """The keys of the commands that were typed, by the identity of what they carry."""
-        """The parts that are read of each command, as a message has them that nobody filled in."""
         self.documents: list[dict[str, Any]] = []
         self.sent: dict[str, list[Any]] = {}
         """What was passed on and is not told yet, by key: also what nothing reads."""
