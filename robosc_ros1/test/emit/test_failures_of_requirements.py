@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 import re
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -157,3 +158,32 @@ def test_phases_are_told_by_the_names_that_the_model_has() -> None:
         ("Cart[2].halt", False): [],
         ("Cart[2].halt", True): [["Cart[2].dock.busy is true", "scan.silent is false"]],
     }
+
+
+LIMITED = """robot R {
+    parameter fastest: double = 0.3
+    constant slow: double = 0.3
+    component S {
+        outgoing message x with type: double
+        behaviour {
+            variable x: double
+            initial marked state on_ { on response from x do x := value }
+        }
+    }
+    component M { incoming message go with type: none }
+    requirement go needs S.x <= LIMIT
+}"""
+
+
+@pytest.mark.parametrize("limit", ["0.3", "slow", "fastest"])
+def test_a_value_that_is_nearly_the_limit_is_told_as_another_one(limit: str) -> None:
+    """As a field of 32 bits has it, 0.3 is more."""
+    controller = class_of(controller_source(supervisor_of(LIMITED.replace("LIMIT", limit))))()
+    (command,) = controller.COMMANDS
+    for value, told in (
+        (struct.unpack("f", struct.pack("f", 0.3))[0], "0.300000012"),
+        (0.4, "0.4"),
+    ):
+        vars(controller)["s_x"] = value
+        ((because, *_),) = (reason["because"] for reason in violated(controller, command))
+        assert because.startswith(f"S.x is {told}"), because

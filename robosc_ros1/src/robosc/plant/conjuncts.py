@@ -8,7 +8,16 @@ from dataclasses import dataclass
 
 from robosc import dotted
 from robosc.expr.traversal import path_text, walk
-from robosc.expr.tree import Binary, Expr, ParameterRef, PhaseRef, Unary, ValueRef, VariableRef
+from robosc.expr.tree import (
+    Binary,
+    Expr,
+    Literal,
+    ParameterRef,
+    PhaseRef,
+    Unary,
+    ValueRef,
+    VariableRef,
+)
 from robosc.expr.types import ArrayType, BooleanType, ObjectType
 from robosc.model.entities import Requirement, Robot
 from robosc.plant import logic, model_text
@@ -22,12 +31,14 @@ class Conjunct:
     """A part of a requirement: ``failure`` tells that it does not hold, while ``unmet`` does.
 
     ``failure`` is empty for the whole requirement, which has a text as its author wrote it.
-    ``values`` are what it compares, by the names in the model.
+    ``values`` are what it compares, by the names in the model; ``limits`` the numbers that stand in
+    it.
     """
 
     failure: str
     unmet: Expr
     values: dict[str, Expr]
+    limits: tuple[float, ...]
 
 
 def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
@@ -38,6 +49,7 @@ def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
             f"{_text(part, robot)} is {'false' if wanted else 'true'}" if len(parts) > 1 else "",
             logic.negation(part) if wanted else part,
             dict(_values(part)),
+            tuple(_limits(part)),
         )
         for part, wanted in parts
     )
@@ -73,6 +85,11 @@ def _parts(expr: Expr, wanted: bool) -> Iterator[tuple[Expr, bool]]:
         yield from _parts(expr.right, wanted)
     else:
         yield expr, wanted
+
+
+def _limits(expr: Expr) -> Iterator[float]:
+    values = (node.value for node in walk(expr) if isinstance(node, Literal))
+    yield from dict.fromkeys(value for value in values if isinstance(value, float))
 
 
 def _values(expr: Expr) -> Iterator[tuple[str, Expr]]:

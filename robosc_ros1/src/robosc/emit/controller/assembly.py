@@ -297,6 +297,7 @@ class _Builder:
                 part.failure,
                 self.attributes.text(part.unmet),
                 tuple((name, self.attributes.text(ref)) for name, ref in part.values.items()),
+                python.literal(part.limits),
             )
             for part in conjuncts(requirement, self.robot)
         )

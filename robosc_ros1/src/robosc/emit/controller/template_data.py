@@ -152,11 +152,13 @@ class AfterView:
 
 @dataclass(frozen=True)
 class ConjunctView:
-    """A part of a requirement: what is told while ``unmet`` holds, and the values beside it."""
+    """A part of a requirement: what is told while ``unmet`` holds, the values beside it, and the
+    numbers with which it compares them."""
 
     failure: str
     unmet: str
     values: tuple[tuple[str, str], ...]
+    limits: str
 
 
 @dataclass(frozen=True)

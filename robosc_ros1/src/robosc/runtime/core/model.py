@@ -171,14 +171,15 @@ class Requirement(NamedTuple):
     """A requirement: its text, its place in the model, and the method that tells whether it is
     met.
 
-    ``failures`` yields which parts of it are not, each with the values that it compares, by name;
-    it may raise :class:`Undefined`. ``on_data``: both get the data of the command, too.
+    ``failures`` yields which parts of it are not, each with the values that it compares, by name,
+    and the numbers in it; it may raise :class:`Undefined`. ``on_data``: both get the data of the
+    command, too.
     """
 
     text: str
     place: str
     holds: Callable[..., bool]
-    failures: Callable[..., Iterator[tuple[str, dict[str, Any]]]] | None = None
+    failures: Callable[..., Iterator[tuple[str, dict[str, Any], list[float]]]] | None = None
     on_data: bool = False
 
 

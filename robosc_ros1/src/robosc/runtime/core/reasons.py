@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import re
 from typing import Any, Iterator, Mapping, Sequence
 
 from .model import Command, Controller, Requirement
@@ -18,8 +17,6 @@ UNEXPLAINED = (
     "it could lead to a state from which a requirement is violated, a variable leaves its range"
     " or no marked state can be reached, whatever the controller does"
 )
-
-_NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?")
 
 
 def blocked_by(controller: Controller, command: Command, *data: Any) -> list[dict[str, Any]]:
@@ -98,16 +95,15 @@ def _failures(controller: Controller, requirement: Requirement, *read: Any) -> I
     ``Laser.front > 0.4 is false (Laser.front is 0.3875)``."""
     if requirement.failures is None:
         return
-    limits = [float(number) for number in _NUMBER.findall(requirement.text)]
-    limits += [v for v in controller.parameters().values() if isinstance(v, float)]
     with contextlib.suppress(Undefined):  # what comes behind it is not known, either
-        for text, values in requirement.failures(controller, *read):
+        for text, values, limits in requirement.failures(controller, *read):
             yield failure_text(text, values, limits)
 
 
-def failure_text(text: str, values: Mapping[str, Any], limits: Sequence[float] = ()) -> str:
+def failure_text(text: str, values: Mapping[str, Any], limits: Sequence[float]) -> str:
     """Return a part that does not hold, with the values, by name, that it compares, if need be so
-    exactly that they differ from all ``limits``."""
+    exactly that they differ from ``limits``, and from each other."""
+    limits = [*limits, *(value for value in values.values() if isinstance(value, float))]
     told = ", ".join("%s is %s" % (n, _value_text(v, limits)) for n, v in values.items())
     return "%s (%s)" % (text, told) if text and told else text or told
 

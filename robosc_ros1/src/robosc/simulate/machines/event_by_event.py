@@ -112,7 +112,7 @@ def _violated(
         requirement = plant.robot.requirements[index]
         if not _may_hold(plant, event, plant.view.met(requirement), state):
             because = [
-                failure_text(part.failure, _known_value(part, data))
+                failure_text(part.failure, _known_value(part, data), part.limits)
                 for part in conjuncts(requirement, plant.robot)
                 if _may_hold(plant, event, plant.view.expression(part.unmet), state)
             ]

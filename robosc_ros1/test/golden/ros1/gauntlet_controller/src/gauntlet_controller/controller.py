@@ -258,49 +258,49 @@ class GauntletController(Controller):
         return self.eye_front == "near"
 
     def failures_of_requirement_1(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if self.eye_front != "near":
-            yield "", {"Eye.front": self.eye_front}
+            yield "", {"Eye.front": self.eye_front}, []
 
     def requirement_2(self):
         # requirement Left.slipping or Right.slipping disables reach (gauntlet.rscd:89)
         return not (self.left_slipping or self.right_slipping)
 
     def failures_of_requirement_2(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if self.left_slipping:
-            yield "Left.slipping is true", {}
+            yield "Left.slipping is true", {}, []
         if self.right_slipping:
-            yield "Right.slipping is true", {}
+            yield "Right.slipping is true", {}, []
 
     def requirement_3(self):
         # requirement {say, count} needs Eye.lit => Count.items > 0 (gauntlet.rscd:90)
         return not self.eye_lit or self.count_items > 0
 
     def failures_of_requirement_3(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if not (not self.eye_lit or self.count_items > 0):
-            yield "", {"Count.items": self.count_items}
+            yield "", {"Count.items": self.count_items}, []
 
     def requirement_4(self):
         # requirement shout needs !Eye.lit and Arm.grade != poor (gauntlet.rscd:91)
         return not self.eye_lit and self.arm_grade != "poor"
 
     def failures_of_requirement_4(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if self.eye_lit:
-            yield "Eye.lit is true", {}
+            yield "Eye.lit is true", {}, []
         if self.arm_grade == "poor":
-            yield "Arm.grade != poor is false", {"Arm.grade": self.arm_grade}
+            yield "Arm.grade != poor is false", {"Arm.grade": self.arm_grade}, []
 
     def requirement_5(self):
         # requirement set_level needs Count.full or Count.items >= 2 (gauntlet.rscd:92)
         return self.count == "full" or self.count_items >= 2
 
     def failures_of_requirement_5(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if not (self.count == "full" or self.count_items >= 2):
-            yield "", {"Count.items": self.count_items}
+            yield "", {"Count.items": self.count_items}, []
 
     def requirement_6(self):
         # requirement Left.turn needs !Left.slipping (gauntlet.rscd:93)

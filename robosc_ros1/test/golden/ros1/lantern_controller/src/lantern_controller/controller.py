@@ -62,18 +62,18 @@ class LanternController(Controller):
         return self.sky_light == "dark"
 
     def failures_of_requirement_1(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if self.sky_light != "dark":
-            yield "", {"Sky.light": self.sky_light}
+            yield "", {"Sky.light": self.sky_light}, []
 
     def requirement_2(self):
         # requirement Sky.light = dark disables snuff (lantern.rscd:31)
         return self.sky_light != "dark"
 
     def failures_of_requirement_2(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if self.sky_light == "dark":
-            yield "", {"Sky.light": self.sky_light}
+            yield "", {"Sky.light": self.sky_light}, []
 
     # Commands.
 

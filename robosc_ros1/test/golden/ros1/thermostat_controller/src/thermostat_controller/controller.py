@@ -105,13 +105,14 @@ class ThermostatController(Controller):
         return self.reading_fresh and (self.heater_eager or self.sensor_degrees < self.wanted - 0.5)
 
     def failures_of_requirement_1(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if not self.reading_fresh:
-            yield "reading.fresh is false", {}
+            yield "reading.fresh is false", {}, []
         if not (self.heater_eager or self.sensor_degrees < self.wanted - 0.5):
             yield (
                 "Heater.eager or Sensor.degrees < wanted - 0.5 is false",
-                {"Sensor.degrees": self.sensor_degrees, "wanted": self.wanted}
+                {"Sensor.degrees": self.sensor_degrees, "wanted": self.wanted},
+                [0.5]
             )
 
     def requirement_2(self):
@@ -123,7 +124,7 @@ class ThermostatController(Controller):
         )
 
     def failures_of_requirement_2(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if not (
             season(self.sensor_degrees, self.wanted) != self.season_2
             or self.sensor_season == self.season_2
@@ -134,7 +135,8 @@ class ThermostatController(Controller):
                     "Sensor.degrees": self.sensor_degrees,
                     "season": self.season_2,
                     "Sensor.season": self.sensor_season,
-                }
+                },
+                []
             )
 
     def requirement_3(self):
@@ -143,11 +145,12 @@ class ThermostatController(Controller):
         return self.sensor_degrees > self.wanted or self.sensor_degrees > self.limit
 
     def failures_of_requirement_3(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if not (self.sensor_degrees > self.wanted or self.sensor_degrees > self.limit):
             yield (
                 "",
-                {"Sensor.degrees": self.sensor_degrees, "wanted": self.wanted, "limit": self.limit}
+                {"Sensor.degrees": self.sensor_degrees, "wanted": self.wanted, "limit": self.limit},
+                []
             )
 
     def requirement_4(self):
@@ -155,9 +158,9 @@ class ThermostatController(Controller):
         return self.steps > 1
 
     def failures_of_requirement_4(self):
-        """Yield the parts of it that do not hold, and the values that they compare."""
+        """Yield the parts of it that do not hold, the values that they compare, and with what."""
         if not self.steps > 1:
-            yield "", {"steps": self.steps}
+            yield "", {"steps": self.steps}, []
 
     # Commands.
 
