@@ -350,7 +350,7 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
     supervises = options.supervises or output.mode != "controller"
     loaded = load(model, replace(options, supervises=supervises), output.target)
     if output.mode == "controller":
-        _refuse_corrections(loaded.robot)
+        refuse_corrections(loaded.robot)
     config = load_config(_path_of(model), output.config)
     # The configuration names the controller, which a supervisor must not overwrite.
     own = config.package if output.mode == "controller" else None
@@ -375,7 +375,7 @@ def _package(model: Model, options: Options, output: Output) -> _Made:
     return _Made(supervisor, diagnostics, package, folder, location, config.warnings)
 
 
-def _refuse_corrections(robot: Robot) -> None:
+def refuse_corrections(robot: Robot) -> None:
     """Refuse a controller of a model that corrects another one.
 
     Raises:

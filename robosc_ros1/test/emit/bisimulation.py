@@ -20,17 +20,24 @@ from __future__ import annotations
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from robosc.runtime.core.model import Command, Controller, Input
-from robosc.runtime.core.reasons import blocked_by
+from robosc.runtime.core.reasons import blocked_by, violated
 from robosc.runtime.core.values import Mismatch, Undefined
+from robosc.simulate.machines.supervised import with_fields
 
 __all__ = ["Comparison", "Recording", "compare"]
 
 PAIRS_OF_CLASS = 4
 """Of so many pairs of states of one class it is looked at what follows."""
 _FAULTS = (Mismatch, Undefined, AttributeError, TypeError, ValueError, LookupError)
+
+
+Samples = Mapping[tuple[str, str], Sequence[Any]]
+"""What is said, by key and kind: by the robot, and by a controller that is supervised."""
+_Event = tuple[str, str, int]
 
 
 class Comparison(NamedTuple):
@@ -46,10 +53,15 @@ class _State:
     """A controller and which of its timers run."""
 
     def __init__(
-        self, controller: Controller, cancels_first: bool, running: tuple[bool, ...] = ()
+        self,
+        controller: Controller,
+        cancels_first: bool,
+        samples: Samples,
+        running: tuple[bool, ...] = (),
     ) -> None:
         self.controller = controller
         self.cancels_first = cancels_first
+        self.samples = samples
         self.running = running
         self.told: list[Any] = []
         """What the last event showed, besides the state it led to."""
@@ -62,7 +74,7 @@ class _State:
 
     def after(self, event: Sequence[Any]) -> _State:
         """The state after an event: inputs with their message, a command, or a timer's number."""
-        twin = _State(self.controller.copy(), self.cancels_first, self.running)
+        twin = _State(self.controller.copy(), self.cancels_first, self.samples, self.running)
         twin.controller.undefined = {}
         entries = twin._entries()
         for part in event:
@@ -87,7 +99,7 @@ class _State:
                 what.apply(controller, value)
             elif isinstance(what, Command):
                 if what.apply is not None:
-                    what.apply(controller)
+                    what.apply(controller, *self._passed_on(what, message))
             else:
                 path = controller.AFTERS[what].step(controller)
                 self.told.append(path)
@@ -128,28 +140,74 @@ class _State:
         return repr((values, self.running, self._requirements(), sorted(self.enabled())))
 
     def _requirements(self) -> list[Any]:
-        return [requirement.holds(self.controller) for requirement in self.controller.REQUIREMENTS]
+        rows = self.controller.REQUIREMENTS
+        return [None if row.on_data else row.holds(self.controller) for row in rows]
 
-    def enabled(self) -> dict[tuple[str, str], Any]:
-        """The commands that are possible, with their data; cancels alone if there are any."""
-        found: dict[tuple[str, str], Any] = {}
+    def enabled(self) -> dict[_Event, Any]:
+        """The commands that are possible, with their data; cancels alone if there are any. Of one
+        of another controller that is judged by its data: by the number of the sample."""
+        found: dict[_Event, Any] = {}
         for command in self.controller.COMMANDS:
-            if not command.possible(vars(self.controller)) or not command.guard(self.controller):
+            if not command.possible(vars(self.controller)):
                 continue
-            if command.synchronisation is None or command.synchronisation(self.controller):
-                found[command.kind, command.key] = self._data(command)
+            for number, data in self._offered(command):
+                if self._is_enabled(command, *data):
+                    found[command.kind, command.key, number] = repr(data) + self._data(command)
         cancels = {event: data for event, data in found.items() if event[0] == "cancel"}
         return (self.cancels_first and cancels) or found
 
-    def _data(self, command: Command) -> Any:
+    def _is_enabled(self, command: Command, *data: Any) -> bool:
         try:
-            return repr(command.data(self.controller)) if command.data else None
+            return self._is_authorised(command, *data) and not self._violated(command, *data)
+        except Undefined:
+            return False
+
+    def _is_authorised(self, command: Command, *data: Any) -> bool:
+        return bool(command.guard(self.controller, *data)) and (
+            command.synchronisation is None or bool(command.synchronisation(self.controller, *data))
+        )
+
+    def _violated(self, command: Command, *data: Any) -> list[Any]:
+        """The requirements that a supervisor looks at where guards allow a command."""
+        is_looked_at = not self.cancels_first and command.kind != "cancel"
+        return violated(self.controller, command, *data) if is_looked_at else []
+
+    def _offered(self, command: Command) -> Iterator[tuple[int, list[Any]]]:
+        """What is read of the samples of a command that another controller sends, as corrected."""
+        is_read = command.read is not None
+        for number, message in enumerate(
+            self.samples[command.key, command.kind] if is_read else [None]
+        ):
+            with suppress(*_FAULTS):
+                yield number, self._passed_on(command, message)
+
+    def _passed_on(self, command: Command, message: Any) -> list[Any]:
+        """What is read of a message of another controller, as corrected; none for other commands."""
+        if command.read is None:
+            return []
+        value = command.read(self.controller, message)
+        correction = command.correct and command.correct(self.controller, value)
+        if correction:
+            value = command.read(self.controller, with_fields(message, correction[0]))
+        return [value]
+
+    def _data(self, command: Command) -> str:
+        try:
+            own = command.data if command.read is None else None
+            return repr(own(self.controller)) if own else ""
         except Undefined:
             return "undefined"
 
     def _reasons(self, command: Command) -> list[Any]:
         """Why a command is blocked; where it cannot happen anyway, a guard may say anything."""
-        reasons = blocked_by(self.controller, command)
+        if command.read is not None:
+            return [
+                self._violated(command, *data)
+                if self._is_authorised(command, *data)
+                else blocked_by(self.controller, command, *data)
+                for _, data in self._offered(command)
+            ]
+        reasons = blocked_by(self.controller, command) or self._violated(command)
         if command.kind == "cancel":
             return [bool(reasons)]
         impossible = [r for r in reasons if r["kind"] in ("phase", "synchronisation", "range")]
@@ -182,7 +240,7 @@ class Recording:
         self,
         make: Callable[[], Controller],
         called: set[str],
-        samples: Mapping[tuple[str, str], Sequence[Any]],
+        samples: Samples,
         topics: Sequence[Sequence[str]],
         seconds: float,
         cancels_first: bool = True,
@@ -194,7 +252,7 @@ class Recording:
         self._steps: list[_Step] = []
         self._digests: set[tuple[int, int]] = set()
         self.classes: Counter[str] = Counter()
-        start = _State(make(), cancels_first).begin()
+        start = _State(make(), cancels_first, samples).begin()
         self._note(None, 0, start)
         end = time.process_time() + seconds
         queue = deque([(start, ())])
@@ -228,7 +286,8 @@ class Recording:
         """Compare a controller that differs in one method; None: the states that it reaches differ
         in what nobody sees."""
         found = len(self.classes)
-        if _State(make(), self._cancels_first).begin().digest() != self._steps[0].digest:
+        start = _State(make(), self._cancels_first, self._samples).begin()
+        if start.digest() != self._steps[0].digest:
             return None
         events: list[tuple[str, Any]] = []
         twin, last = None, None
@@ -238,7 +297,7 @@ class Recording:
             assert step.state is not None
             if step.state != last:
                 last, state = step.state, self._states[step.state]
-                twin = _State(make(), self._cancels_first, state.running)
+                twin = _State(make(), self._cancels_first, self._samples, state.running)
                 twin.controller.__dict__.update(state.controller.copy().__dict__)
                 pair = state, twin
                 events = list(_events(pair, self._samples, self._topics))
@@ -257,7 +316,7 @@ class Recording:
 def compare(
     first: Controller,
     second: Controller,
-    samples: Mapping[tuple[str, str], Sequence[Any]],
+    samples: Samples,
     topics: Sequence[Sequence[str]],
     seconds: float,
     cancels_first: bool = True,
@@ -267,7 +326,7 @@ def compare(
     ``cancels_first``: they send commands, instead of guarding what another one sends.
     """
     end = time.process_time() + seconds
-    start = _State(first, cancels_first).begin(), _State(second, cancels_first).begin()
+    start = tuple(_State(c, cancels_first, samples).begin() for c in (first, second))
     classes: Counter[tuple[str, str]] = Counter()
     seen: set[tuple[str, str]] = set()
     queue = deque([(start, ("at the start",))])
@@ -290,7 +349,7 @@ def compare(
 
 def _events(
     pair: tuple[_State, _State],
-    samples: Mapping[tuple[str, str], Sequence[Any]],
+    samples: Samples,
     topics: Sequence[Sequence[str]],
 ) -> Iterator[tuple[str, tuple[Sequence[Any], Sequence[Any]]]]:
     """What can happen in both states, as text and for each of them."""
@@ -312,8 +371,11 @@ def _events(
     for number, runs in enumerate(pair[0].running):
         if runs:
             yield f"lapse {number}", ([(number, None)], [(number, None)])
-    for event in pair[0].enabled():
+    for kind, key, number in pair[0].enabled():
+        messages = samples.get((key, kind), ())
+        message = messages[number] if number < len(messages) else None
         commands = tuple(
-            [(c, None) for c in own.COMMANDS if (c.kind, c.key) == event] for own in (one, other)
+            [(c, message) for c in own.COMMANDS if (c.kind, c.key) == (kind, key)]
+            for own in (one, other)
         )
-        yield " of ".join(event), commands  # type: ignore[misc]
+        yield f"{kind} of {key} {message or ''}".rstrip(), commands  # type: ignore[misc]

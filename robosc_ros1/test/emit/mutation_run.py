@@ -45,6 +45,11 @@ MODES: dict[str, tuple[str, ...]] = {
 }
 """The faults that show in a package: a supervisor sends no data, and which command is preferred is
 not its choice."""
+NOT_MADE = {
+    "commands-alike": "its commands cannot be told apart",
+    "data-of-others": "it corrects another controller",
+}
+"""Why there is no package of a model in a mode, by the code of the error."""
 SAMPLES = 64
 """The most messages of each sort with which controllers are compared."""
 
@@ -60,6 +65,8 @@ def verdicts(model: Path, mode: str, every: int, seconds: float) -> Iterator[Ver
     """Yield what becomes of the mutants of a model's controller."""
     guards = mode == "supervisor"
     robot = pipeline.load(model, pipeline.Options(supervises=guards)).robot
+    if not guards:
+        pipeline.refuse_corrections(robot)  # no controller is generated of such a model
     supervisor = pipeline.synthesize(robot)
     if guards:
         command_matches(robot)  # an error where it cannot be guarded
@@ -82,10 +89,10 @@ def verdicts(model: Path, mode: str, every: int, seconds: float) -> Iterator[Ver
 
 
 def messages(plant: Plant) -> dict[tuple[str, str], list[Any]]:
-    """What the robot may say, by key and kind."""
-    inputs = [e.whole or e for e in plant.events if not (e.controllable or e.kind.clocked)]
-    samples = Samples(plant.robot, inputs)
-    return {(e.key, e.kind.word): [s.given for s in _spread(samples.of(e))] for e in inputs}
+    """What the robot may say, and a supervised controller, by key and kind."""
+    said = dict.fromkeys(e.whole or e for e in plant.events if not e.kind.clocked)
+    samples = Samples(plant.robot, said)
+    return {(e.key, e.kind.word): [s.given for s in _spread(samples.of(e))] for e in said}
 
 
 def _spread(found: list[Sample]) -> list[Sample]:
@@ -108,7 +115,12 @@ def print_row(name: str, found: list[Verdict], seconds: float) -> None:
     for mutant, comparison in found:
         if comparison is not None:
             print(f"    {mutant.method}: {mutant.before}  =>  {mutant.after}")
-            print(f"        {reason(comparison)}")
+            print(f"        {shortened(reason(comparison))}")
+
+
+def shortened(text: str) -> str:
+    """A text in which of elements of arrays that are alike the first is told."""
+    return re.sub(r"([^\s\[]+)(, \1)+(?=[,\]])", r"\1, …", text)
 
 
 def reason(comparison: Comparison) -> str:
@@ -144,9 +156,10 @@ def main() -> None:
         try:
             found = list(verdicts(model, *options))
         except ModelError as error:
-            if {d.code for d in error.diagnostics} != {"commands-alike"}:
+            why = {NOT_MADE.get(diagnostic.code) for diagnostic in error.diagnostics}
+            if None in why:
                 raise
-            print(f"| {model.stem}, {mode} | its commands cannot be told apart |", flush=True)
+            print(f"| {model.stem}, {mode} | {why.pop()} |", flush=True)
             continue
         print_row(f"{model.stem}, {mode}", found, time.perf_counter() - start)
 

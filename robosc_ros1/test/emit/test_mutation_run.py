@@ -53,6 +53,35 @@ def test_a_supervisor_that_cannot_tell_commands_apart_is_passed_over(
     assert lines[-1] == "| switch, supervisor | its commands cannot be told apart |"
 
 
+LIMITER = """
+robot Limiter {
+    component Base {
+        incoming message move with identifier: "/move", type: integer(0..9)
+        outgoing message most with identifier: "/most", type: integer(0..9)
+        behaviour {
+            variable least: integer(0..9) = 3
+            initial marked state on { on response from most do least := value }
+        }
+    }
+    provide move with min(value, 5) if value > Base.least
+    requirement move needs value >= Base.least
+}
+"""
+
+
+def test_supervisors_are_compared_by_what_they_make_of_data(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "limiter.rscd"
+    model.write_text(LIMITER)
+    assert run(monkeypatch, model) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[2] == "| limiter, controller | it corrects another controller |"
+    assert lines[3].startswith("| limiter, supervisor | 2/2 | 0/0 | 4/10 | 1/1 | 6 | 0 | 0 |")
+    unfound = [line for line in lines[4:] if "=>" in line]
+    assert all("in_range(message.data, 0, 9" in line for line in unfound), "ROS has these fields"
+
+
 def test_errors_of_a_model_are_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

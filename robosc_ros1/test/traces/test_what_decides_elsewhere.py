@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
-from emit.generated_code import supervisor_of
-from emit.scripted_controllers import faults_of, scripts_of
+from emit.generated_code import controller_source, supervisor_of
+from emit.scripted_controllers import faults_of, scripts_of, tells_apart
 from ros_support import EXAMPLES, REPOSITORY
 
 from robosc import pipeline
@@ -162,6 +163,55 @@ def test_monitors_of_corrected_commands_have_runs(model: Path) -> None:
     options = pipeline.Options(supervises=True, library_path=libraries)
     traces = choose(pipeline.synthesize(pipeline.load(model, options).robot), follows=True)
     assert any(run.cases for run in traces.runs)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ('value["linear.x"] > 0.0 and self.laser_ahead', "self.laser_ahead"),
+        ("self.laser_ahead < 0.25:", "self.laser_ahead <= 0.25:"),
+        ('        if value["linear.x"] > 0.0:', '        if value["linear.x"] >= 0.0:'),
+        ("self.laser_ahead - 0.15, 0.5)", "self.laser_ahead - 0.15, 0.7)"),
+        ("self.laser_beside),", "self.laser_ahead),"),
+    ],
+)
+def test_what_decides_corrections_is_shown(right: str, wrong: str) -> None:
+    """Each condition of a correction, and each piece of its data, where it makes a difference."""
+    libraries = (EXAMPLES / "gallery" / "libraries",)
+    options = pipeline.Options(supervises=True, library_path=libraries)
+    supervisor = pipeline.synthesize(pipeline.load(LIMITER, options).robot)
+    assert faults_of(supervisor, right, wrong)
+
+
+RETRIES = """
+robot Mission {
+    interface link use Work from some_package
+    component Far {
+        action go with request: integer, response: none, feedback: none links link
+        outgoing message near with type: none
+        behaviour {
+            initial marked state out {
+                initial state there performs go with 1 then goto back {
+                    retry 2 times else goto lost
+                }
+                marked state back performs go with 2 then goto there { retry 1 times else goto lost }
+                on response from near goto lost
+            }
+            marked state lost { on response from near goto out }
+        }
+    }
+}
+"""
+
+
+def test_counts_of_errors_are_told_where_they_begin_anew() -> None:
+    """They would show only after all further tries; where they are 0, nothing sets them to 0."""
+    supervisor = supervisor_of(RETRIES)
+    source, scripts = controller_source(supervisor), scripts_of(supervisor)
+    begins_anew = [found.end() - 1 for found in re.finditer(r"retries = 0(?=\n)", source)]
+    for at in begins_anew:
+        assert tells_apart(supervisor, scripts, f"{source[:at]}1{source[at + 1 :]}"), source[:at]
+    assert len(begins_anew) == 8
 
 
 def test_time_passes_for_monitors() -> None:

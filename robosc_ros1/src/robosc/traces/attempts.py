@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from robosc.language.events import EventKind, Kind
@@ -54,6 +55,7 @@ def attempted(
     if steps.follows and after is None and _kind(steps, step) is Kind.ACTION:
         return None
     cases = coverage.of_command(step, state, made)
+    cases.update(_of_correction(steps, coverage, step, state, sent))
     if fields and is_allowed:
         cases.add(("corrected", step.number, *fields))
     if is_allowed and after is not None and not changes:
@@ -68,6 +70,28 @@ def attempted(
     if not steps.follows or after is None:
         after = state
     return Attempt(False, after, frozenset(cases), {}, reasons)
+
+
+def _of_correction(
+    steps: Steps, coverage: Coverage, step: ExactStep, state: State, sent: Carried
+) -> Iterator[Case]:
+    """The cases of what corrects a command where it would otherwise become something else."""
+
+    @cache
+    def outcome(turned: int | None) -> Any:
+        try:
+            made, fields = steps.made(step, state, sent, turned)
+        except Undefined:
+            return None
+        return fields if coverage.allows(step, state, made) else None
+
+    for case in coverage.data_of(step, state, sent):
+        if case[0] == "provide":
+            is_shown = outcome(case[2]) != outcome(None)
+        else:
+            is_shown = outcome(None) is not None
+        if is_shown:
+            yield case
 
 
 def _kind(steps: Steps, step: ExactStep) -> Kind:

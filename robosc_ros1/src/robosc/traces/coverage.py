@@ -111,7 +111,9 @@ class Coverage:
         for (number, component, _), judged in self._edges.items():
             self._elsewhere.setdefault((number, component), []).extend(judged)
         self._provides = {
-            step.number: [(p, self._condition(p.condition or TRUE)) for _, p, _ in step.provides]
+            step.number: [
+                (p, self._condition(exact(p.condition or TRUE))) for p in steps.provides_of(step)
+            ]
             for step in steps.commands
         }
         self._pieces = {
@@ -369,7 +371,7 @@ class Coverage:
                 found |= {("replaced", step.number, value) for value in (True, False)}
             if all(one.may_pass for one in self._obstacles(step, state, UNKNOWN)):
                 found.add(("sent", step.number))
-                found.update(self._data_of(step, state, UNKNOWN))
+            found.update(self.data_of(step, state, UNKNOWN))
         elif not step.event.controllable:
             found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
         if step.guard is None or True in possible_values(step.guard, state, UNKNOWN):
@@ -388,7 +390,7 @@ class Coverage:
                 found |= self.of_command(step, state, carried)
             else:
                 found |= self._of_command[step.number](state)
-            found.update(self._data_of(step, state, NOTHING))
+                found.update(self.data_of(step, state, NOTHING))
         found.update(self._edges_of(step, state, carried, after))
         return found | self._stays(step, state, carried, after)
 
@@ -474,7 +476,8 @@ class Coverage:
         """The edges of an event that leave where a component is."""
         return self._edges.get((step.number, partner.component, state[partner.place]), ())
 
-    def _data_of(self, step: ExactStep, state: State, carried: Carried) -> Iterator[Case]:
+    def data_of(self, step: ExactStep, state: State, carried: Carried) -> Iterator[Case]:
+        """The cases of what provides the data of a command, or corrects what it carries."""
         for index, (_, condition) in enumerate(self._provides[step.number]):
             values = condition.possible(state, carried)
             case = step.number, index
@@ -482,7 +485,8 @@ class Coverage:
             if True in values:
                 yield "provided", *case
                 for piece, found in enumerate(self._pieces[step.number][index]):
-                    yield from (("piece", *case, piece, way) for way in found.deciding(state))
+                    ways = found.deciding(state, carried)
+                    yield from (("piece", *case, piece, way) for way in ways)
             if False not in values:
                 return
 
@@ -512,7 +516,7 @@ class Coverage:
         return Results(
             [
                 *((of(atom), atom.reads) for c in conditions for atom in c.outer),
-                *((piece.deciding, piece.reads) for piece in pieces),
+                *((partial(piece.deciding, carried=NOTHING), piece.reads) for piece in pieces),
             ]
         )
 

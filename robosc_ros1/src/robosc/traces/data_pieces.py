@@ -13,7 +13,7 @@ from robosc.expr.types import BooleanType
 from robosc.model.entities import Data, data_expressions
 from robosc.plant.logic import exact
 from robosc.runtime.core.values import Undefined
-from robosc.traces.exact_steps import NOTHING, Carried, Function, State, function, keys_read
+from robosc.traces.exact_steps import Carried, Function, State, function, keys_read
 from robosc.traces.model_numbers import SECTIONS
 
 
@@ -27,12 +27,12 @@ class DataPiece:
     reads: Collection[str]
     """The keys of the state that the data read."""
 
-    def deciding(self, state: State) -> tuple[int, ...]:
+    def deciding(self, state: State, carried: Carried) -> tuple[int, ...]:
         """The ways, by number, that the data are made in; none, where another would be the same;
         all, where not all is known."""
         try:
-            whole = _value(self.whole, state, NOTHING)
-            values = [_value(way, state, NOTHING) for way in self.ways]
+            whole = _value(self.whole, state, carried)
+            values = [_value(way, state, carried) for way in self.ways]
         except KeyError:
             return tuple(range(len(self.ways)))
         found = tuple(number for number, value in enumerate(values) if value == whole)

@@ -502,15 +502,18 @@ class Steps:
             key: [requests[other] for other in others if other in requests]
             for key, others in ({} if self.guards_others else self.robot.yields_to).items()
         }
-        self._corrections = [
-            (
-                p.communication,
-                None if p.condition is None else function(exact(p.condition)),
-                _data(p.data),
-            )
-            for p in self.robot.provides
-            if p.communication in self.robot.corrected
-        ]
+        self._corrections = {
+            key: [
+                (
+                    None if p.condition is None else function(exact(p.condition)),
+                    p,
+                    _data(p.data),
+                )
+                for p in self.robot.provides
+                if p.communication == key
+            ]
+            for key in self.robot.corrected
+        }
 
     def _step(self, number: int, event: Event) -> ExactStep:
         guard = self.guards.get(event.identity)
@@ -616,15 +619,23 @@ class Steps:
         found += [p.condition for p in provides if p.condition is not None]
         return {leaf.key for e in found for leaf in walk(e) if isinstance(leaf, VariableRef)}
 
-    def made(self, step: ExactStep, state: State, sent: Carried) -> tuple[Carried, dict[str, Any]]:
+    def provides_of(self, step: ExactStep) -> list[Provide]:
+        """What provides the data of a command, or corrects what another controller sends."""
+        of_others = self._corrections.get(step.event.key, ()) if step.event.kind.sent else ()
+        return [p for _, p, _ in (of_others if self.guards_others else step.provides)]
+
+    def made(
+        self, step: ExactStep, state: State, sent: Carried, turned: int | None = None
+    ) -> tuple[Carried, dict[str, Any]]:
         """What a supervisor makes of what a command carries, and the fields that it changes, by
-        path.
+        path; if the condition of the correction ``turned``, a number, came to the contrary.
 
         Raises:
             Undefined: what a correction reads is not there.
         """
-        for key, condition, data in self._corrections:
-            if key == step.event.key and (condition is None or holds(condition, state, sent)):
+        for number, (condition, _, data) in enumerate(self._corrections.get(step.event.key, ())):
+            is_met = condition is None or holds(condition, state, sent)
+            if is_met is not (number == turned):
                 fields = {
                     path: value
                     for path, value in parts_of(data(state, sent))

@@ -492,8 +492,9 @@ class Recorder:
                 yield f"{self._robot.display_names[key]}.{phase}"
         for key, variable in self._robot.variables.items():
             value = self.state[key]
-            if value is None or " " in key or not (value != before[key] or key in assigned):
+            if value is None or not (value != before[key] or key in assigned):
                 continue
+            key = key.replace(" ", ".")  # the errors of a state in a row
             if isinstance(variable.type, ObjectType):
                 if len(repr(value)) * len(self._robot.variables) > TOLD:
                     continue

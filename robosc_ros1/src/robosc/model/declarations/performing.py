@@ -66,7 +66,9 @@ class Retries:
         if taken.goto is None or any(a.variable == self.variable.name for a in taken.assignments):
             return False
         if not self.keeps(taken.goto):
-            return True
+            return place is None or any(
+                automata.is_in(place, kept) or automata.is_in(kept, place) for kept in self.scope
+            )
         if self.restart is None or not automata.is_in(taken.goto, self.restart):
             return False
         own = self.scope[0]

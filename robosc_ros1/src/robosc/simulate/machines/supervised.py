@@ -74,10 +74,10 @@ class _Port(execute.Clockwork, SupervisorPort):
             self._demand_fitting(self.asked[id(message)], whole)
         except InvalidLine as problem:
             raise ValueError(str(problem)) from problem
-        return _with_fields(message, data)
+        return with_fields(message, data)
 
     def composed(self, key: str, data: dict[str, Any] | None) -> Any:
-        return _with_fields(self._blank[key], data or {})
+        return with_fields(self._blank[key], data or {})
 
     def changes(self, sent: Any, made: Any, data: dict[str, Any]) -> dict[str, dict[str, Any]]:
         """Typed values have no fields but those that the model reads, by path."""
@@ -221,7 +221,7 @@ def _blank(robot: Robot, event: Event) -> event_data.Given:
     return {path: default_part(type_) for path, type_ in parts.items()}
 
 
-def _with_fields(message: event_data.Given, fields: Mapping[str, Any]) -> dict[Path, Any]:
+def with_fields(message: event_data.Given, fields: Mapping[str, Any]) -> dict[Path, Any]:
     """What was typed, with fields set: in the parts that it has, around them and within them."""
     made = copy.deepcopy(dict(message))
     for path, value in _leaves({(name,): part for name, part in fields.items()}):
