@@ -143,6 +143,7 @@ def _extend(
         path = search.path(node, wanted)
         if path is None:
             search.convert(node, wanted)
+            search.expand_around(node)
             path = search.path(node, wanted)
         if path is None:
             break

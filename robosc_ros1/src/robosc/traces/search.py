@@ -25,7 +25,7 @@ from robosc.traces.coverage import Case, Coverage, through
 from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
 from robosc.traces.samples import Sample, Samples
 
-BUDGET, LEAST = 15000, 60
+BUDGET, LEAST = 30000, 60
 """The most inputs that are tried, and the least, however large a model is."""
 PATIENCE, SHORT = 5000, 500
 """So many inputs are tried after three times those that it took to show the last that is new: where
@@ -42,6 +42,10 @@ CONVERTED = 16
 COUNTED = 6
 """So far states differ in what a model counts."""
 
+AROUND = 5
+"""So many nodes are expanded where a run knows no way on: to begin anew takes a node of ROS more
+time."""
+
 FAILURES = 2
 """An edge that has led elsewhere so often is no way any more."""
 
@@ -57,7 +61,8 @@ class Node:
 
     state: State
     kinds: tuple[Collection[Any], ...]
-    """Where it is, without and with its finite variables, and how each component is."""
+    """Where it is, without and with its finite variables, how each component is, and what stands in
+    the way of each command."""
     number: int
     edges: dict[Any, Edge] = field(default_factory=dict)
     is_expanded: bool = False
@@ -85,11 +90,11 @@ class InputGraph:
         self._tries = max(USUAL, min(TRIES, self._budget // 10))
         self._nodes: dict[Any, Node] = {}
         self._expanded: Counter[Any] = Counter()
-        self._waiting: tuple[list[tuple[int, int, Node]], ...] = [], [], []
+        self._waiting: tuple[list[tuple[int, int, Node]], ...] = [], [], [], []
         """The nodes to be expanded, by each of their kinds: those first of whose kind fewer were.
         A model may have few places and count a lot, or many places; and what one component of many
         does late comes soon where each is seen as it has not been (width 1 of Lipovetzky & Geffner,
-        ECAI 2012)."""
+        ECAI 2012), as does what needs much at once where what stands in its way is new."""
         self._turn = 0
         self._places_tried: set[Any] = set()
         self._converted: dict[Case, Sample] = {}
@@ -133,7 +138,7 @@ class InputGraph:
         kind, key = self._key(state)
         found = self._nodes.get(key)
         if found is None:
-            kinds = [kind], [key[0]], self._components(state)
+            kinds = [kind], [key[0]], self._components(state), self._obstacles(state)
             found = self._nodes[key] = Node(state, kinds, len(self._nodes))
             for turn, waiting in enumerate(self._waiting):
                 heapq.heappush(waiting, (self._times(found, turn), found.number, found))
@@ -178,7 +183,7 @@ class InputGraph:
         met: set[Any] = set()
         nodes = list(self._nodes.values())
         for node in nodes:
-            pairs = set(combinations(node.kinds[-1], 2))
+            pairs = set(combinations(node.kinds[2], 2))
             if pairs <= met:
                 continue
             met |= pairs
@@ -194,6 +199,18 @@ class InputGraph:
         for key in (*self._places, *self._calls, *self._messages, *self._finite):
             found.setdefault(dotted.first(key.lstrip("~")), []).append(state.get(key))
         return [(name, repr(values)) for name, values in found.items()]
+
+    def _obstacles(self, state: State) -> list[Any]:
+        """What stands in the way of each command, where its components are."""
+        return [
+            (
+                rule.step.number,
+                *(state[partner.place] for partner in rule.step.partners),
+                *(True in d.condition.possible(state) for d in rule.demands),
+            )
+            for rule in self.coverage.rules
+            if len(rule.demands) > 1
+        ]
 
     def _expand_next(self) -> bool:
         """Expand a node, in turn by each kind; False: there is none."""
@@ -284,6 +301,17 @@ class InputGraph:
                 usual = self._tries if places not in self._places_tried else self._most[step.number]
                 self._try(node, step, samples[:usual])
                 self._places_tried.add(places)
+
+    def expand_around(self, node: Node) -> None:
+        """Expand the nodes next to one, so that there are more ways on."""
+        queue, known, left = deque([node]), {node.number}, AROUND
+        while queue and left:
+            near = queue.popleft()
+            left -= not near.is_expanded
+            self.expand(near)
+            ahead = {edge[1].number: edge[1] for edge in near.edges.values()}
+            queue += [one for number, one in ahead.items() if number not in known]
+            known |= ahead.keys()
 
     def convert(self, node: Node, wanted: set[Case]) -> None:
         """Try at a node the values whose conversion is wanted."""
