@@ -11,12 +11,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from robosc import dotted, errors, source
-from robosc.errors import Note
-from robosc.expr import quantified, tree
+from robosc.expr import quantified, tree, undefined_data
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
-from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, Kind
 from robosc.model import automata
 from robosc.model.automata import Transition
@@ -188,7 +186,7 @@ class Performing:
                 found += (_together(own, other) for other in performed)
             if own.guard is None:
                 return found
-            before.append(known_condition(own.guard))
+            before.append(undefined_data.known_condition(own.guard))
         rest = [_opposite(condition) for condition in before]
         for other in performed:
             guards = [*rest, *(() if other.guard is None else (other.guard,))]
@@ -446,7 +444,7 @@ class PerformingResolver:
         for kind in command.events:
             spans.setdefault((node.span.start, kind), node.communication.span)
         for other in retries[1:]:
-            note = Note("the first one is here", retries[0].span)
+            note = errors.Note("the first one is here", retries[0].span)
             self._misplaced(other, f"state '{path}' has a 'retry' already", "join them", [note])
         if retries:
             self._retry(performing, retries[0])
@@ -531,7 +529,7 @@ class PerformingResolver:
         return self._transitions.waits(node.every, "'every'", taken)
 
     def _misplaced(
-        self, node: nodes.RetryNode, message: str, hint: str, notes: Sequence[Note] = ()
+        self, node: nodes.RetryNode, message: str, hint: str, notes: Sequence[errors.Note] = ()
     ) -> None:
         self._report.add("misplaced-retry", node.span, message, hint, notes)
 
