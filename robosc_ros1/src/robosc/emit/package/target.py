@@ -88,10 +88,8 @@ def communications_under_test(robot: Robot) -> dict[str, dict[str, Any]]:
 def read_when_failed(robot: Robot) -> list[str]:
     """The keys of the actions of which the model reads the result of a goal that failed."""
     found = []
-    for transition in (t for component in robot.components for t in component.transitions):
-        exprs = [a.value for a in transition.assignments]
-        exprs += [] if transition.guard is None else [transition.guard]
-        read = values_read(exprs).values()
+    for _, transition in robot.transitions:
+        read = values_read(transition.expressions).values()
         if transition.event is EventKind.ERROR and not all(isinstance(v, ReasonRef) for v in read):
             found.append(transition.communication)
     return sorted(set(found))

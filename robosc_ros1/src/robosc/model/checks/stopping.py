@@ -158,14 +158,10 @@ def check_served(robot: Robot, sent: SentData, report: Report) -> None:
     for called in robot.communications.values():
         if called.kind.value in ("service", "action") and called.ros_name in by_name:
             _report_twice(called, by_name[called.ros_name], "is served by this controller", report)
-    taken = {
-        t.communication for c in robot.components for t in c.transitions
-        if t.event is EventKind.CALL
-    }  # fmt: skip
-    answered = {
-        t.communication for c in robot.components for t in c.transitions
-        if t.event in (EventKind.ANSWER, EventKind.REFUSAL)
-    }  # fmt: skip
+    reacting = [t for _, t in robot.transitions]
+    taken = {t.communication for t in reacting if t.event is EventKind.CALL}
+    ends = (EventKind.ANSWER, EventKind.REFUSAL)
+    answered = {t.communication for t in reacting if t.event in ends}
     for call in served:
         if call.kind is Kind.SERVED_ACTION and call.key not in answered:
             report.add(

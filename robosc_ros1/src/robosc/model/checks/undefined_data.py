@@ -35,8 +35,7 @@ def check_indexes(
         for transition in component.transitions if component.library is None else ():
             if transition.communication in carried:
                 type_ = carried[transition.communication].value_type(transition.event)
-                guard = [] if transition.guard is None else [transition.guard]
-                read += [(e, type_) for e in (*guard, *(a.value for a in transition.assignments))]
+                read += [(expr, type_) for expr in transition.expressions]
     for expr, type_ in read:
         _check(expr, type_, lengths, report)
 
@@ -110,7 +109,7 @@ def _check_provided(robot: Robot, lengths: Lengths, source: Source, report: Repo
 
     What a guard asks for elsewhere, as ``defined(x[next])``, is taken to be there.
     """
-    guards = (t.guard for c in robot.components for t in c.transitions if t.guard is not None)
+    guards = (taken.guard for _, taken in robot.transitions if taken.guard is not None)
     known = _variables(part for guard in guards for part in _asked_for(guard))
     for provide in robot.provides:
         command = robot.commands.get(provide.communication)
@@ -163,13 +162,11 @@ def _report(
 
 def _from_messages(robot: Robot) -> Iterator[tuple[Component, Transition]]:
     """The transitions on the responses of messages."""
-    for component in robot.components:
-        for transition in component.transitions:
-            message = robot.communications.get(transition.communication)
-            if message is None or message.kind is not Kind.OUTGOING:
-                continue
-            if transition.event is EventKind.RESPONSE:
-                yield component, transition
+    for component, transition in robot.transitions:
+        message = robot.communications.get(transition.communication)
+        is_message = message is not None and message.kind is Kind.OUTGOING
+        if is_message and transition.event is EventKind.RESPONSE:
+            yield component, transition
 
 
 def _asks_for_data(condition: tree.Expr) -> bool:
@@ -193,15 +190,13 @@ def _needed(robot: Robot) -> set[str]:
     """The keys of variables on which commands depend, directly or through other variables."""
     read = [requirement.condition for requirement in robot.requirements]
     sources: dict[str, list[tree.Expr]] = {}
-    for component in robot.components:
-        for transition in component.transitions:
-            read += [] if transition.guard is None else [transition.guard]
-            for assignment in transition.assignments:
-                key = f"{component.name}.{assignment.variable}"
-                sources.setdefault(key, []).append(assignment.value)
+    for component, transition in robot.transitions:
+        read += [] if transition.guard is None else [transition.guard]
+        for assignment in transition.assignments:
+            key = f"{component.name}.{assignment.variable}"
+            sources.setdefault(key, []).append(assignment.value)
     for provide in robot.provides:
-        read += [] if provide.condition is None else [provide.condition]
-        read += data_expressions(provide.data)
+        read += provide.expressions
     needed: set[str] = set()
     work = _variables(read)
     while work:
@@ -235,10 +230,9 @@ def _conditions_of_commands(robot: Robot) -> Iterator[tuple[tree.Expr, bool]]:
     """What commands depend on, each with what it must come to."""
     for requirement in robot.requirements:
         yield requirement.condition, not requirement.forbids
-    for component in robot.components:
-        for transition in component.transitions:
-            if transition.event in _DECIDED and transition.guard is not None:
-                yield transition.guard, True
+    for _, transition in robot.transitions:
+        if transition.event in _DECIDED and transition.guard is not None:
+            yield transition.guard, True
     yield from ((p.condition, True) for p in robot.provides if p.condition is not None)
 
 

@@ -247,23 +247,9 @@ def with_counts(behaviour: automata.Behaviour, counts: Sequence[Retries]) -> aut
         zeros = tuple(c.zero(taken.span) for c in counts if c.begins_anew(place, taken))
         return replace(taken, assignments=(*taken.assignments, *zeros)) if zeros else taken
 
-    def outer(place: automata.CompositeState) -> automata.CompositeState:
-        return replace(place, transitions=tuple(of(place.name, t) for t in place.transitions))
-
-    def state(place: automata.State) -> automata.State:
-        return replace(
-            place,
-            transitions=tuple(of(place.name, t) for t in place.transitions),
-            around=tuple(map(outer, place.around)),
-        )
-
-    return replace(
-        behaviour,
-        variables=(*behaviour.variables, *(count.variable for count in counts)),
-        states=tuple(map(state, behaviour.states)),
-        transitions=tuple(of(None, t) for t in behaviour.transitions),
-        composites=tuple(map(outer, behaviour.composites)),
-    )
+    changed = behaviour.changed(lambda place, found: tuple(of(place, taken) for taken in found))
+    variables = (*behaviour.variables, *(count.variable for count in counts))
+    return replace(changed, variables=variables)
 
 
 # --- where it is performed ------------------------------------------------------------------------

@@ -123,8 +123,7 @@ def _fresh(robot: Robot, lasting: Lasting) -> Iterator[Expr]:
     read = {leaf.key for leaf in walk(lasting.condition) if isinstance(leaf, VariableRef)}
     assigning = {
         transition.communication
-        for component in robot.components
-        for transition in component.transitions
+        for component, transition in robot.transitions
         if transition.event is EventKind.RESPONSE
         and any(f"{component.name}.{a.variable}" in read for a in transition.assignments)
     }
