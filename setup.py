@@ -95,7 +95,11 @@ setup(
     },
     packages=find_packages(str(ROOT / SOURCES)),
     package_dir={"": SOURCES},
-    package_data={"robosc.view": ["page/*"]},
+    package_data={
+        "robosc.lsp.completion": ["snippets.txt"],
+        "robosc.new": ["small.rscd"],
+        "robosc.view": ["page/*"],
+    },
     data_files=shared_files(),
     **executables(),
 )

@@ -159,7 +159,7 @@ def test_all_that_the_grammar_expects_is_known(
         seen.update(text.partition(" after ")[0] for text in expected)
         return expected, whole
 
-    monkeypatch.setattr("robosc.lsp.completion.complete.expectations", noted)
+    monkeypatch.setattr("robosc.syntax.elements.expectations", noted)
     examples = sorted(EXAMPLES.glob("*/*.rscd"))
     for text in (
         MODEL,

@@ -14,8 +14,7 @@ from ros_support import EXAMPLES
 from robosc.lsp.actions import actions_for
 from robosc.lsp.analysis import Workspace
 from robosc.lsp.completion.complete import complete
-from robosc.lsp.definition import definition_of
-from robosc.lsp.hover import hover_text
+from robosc.lsp.hover import definition_of, hover_text
 from robosc.lsp.outline import folds, outline
 from robosc.lsp.rename import applied, references
 from robosc.lsp.semantic_tokens import TYPES, encoded

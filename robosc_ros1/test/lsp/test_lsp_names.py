@@ -11,8 +11,7 @@ from ros_support import EXAMPLES
 
 from robosc.language.keywords import KEYWORDS
 from robosc.lsp.analysis import Analysis, Workspace
-from robosc.lsp.definition import definition_of
-from robosc.lsp.hover import hover_text, keyword_hover
+from robosc.lsp.hover import definition_of, hover_text, keyword_hover
 from robosc.lsp.rename import RenameError, applied, references, rename
 from robosc.model.names.occurrences import Occurrence, SymbolKind
 from robosc.model.ros.interfaces import Interface

@@ -7,7 +7,7 @@ from lsp_support import cursor, open_text
 
 from robosc.language.functions import FUNCTIONS, GEOMETRY
 from robosc.lsp.analysis import Workspace
-from robosc.lsp.signatures import Signature, signature_at
+from robosc.lsp.hover import Signature, signature_at
 
 MODEL = """\
 robot R {{

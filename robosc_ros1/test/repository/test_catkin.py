@@ -11,6 +11,8 @@ import pytest
 from ros_support import EXAMPLES, REPOSITORY, Workspace
 
 from robosc import executables
+from robosc.lsp.completion.snippets import SNIPPETS
+from robosc.new.skeleton import small
 from robosc.view.server import PAGE
 
 MODEL = EXAMPLES / "line_follower" / "line_follower.rscd"
@@ -94,6 +96,15 @@ def test_the_page_of_view_is_found(installed: Workspace, space: str) -> None:
     program = "from robosc.view.server import PAGE; print(*sorted(p.name for p in PAGE.iterdir()))"
     done = installed.run("/usr/bin/python3", "-c", program, space=space)
     assert done.stdout.split() == sorted(file.name for file in PAGE.iterdir())
+
+
+def test_texts_beside_the_code_are_found(installed: Workspace, space: str) -> None:
+    program = (
+        "from robosc.lsp.completion.snippets import SNIPPETS; from robosc.new.skeleton import small;"
+        " print(len(SNIPPETS['robot']), small('R'))"
+    )
+    done = installed.run("/usr/bin/python3", "-c", program, space=space)
+    assert done.stdout == f"{len(SNIPPETS['robot'])} {small('R')}\n"
 
 
 def test_message_definitions_of_the_workspace_are_found(

@@ -10,6 +10,8 @@ import pytest
 from ros_support import EXAMPLES, REPOSITORY
 
 from robosc import __version__
+from robosc.lsp.completion.snippets import SNIPPETS
+from robosc.new.skeleton import small
 from robosc.view.server import PAGE
 
 pytestmark = pytest.mark.slow
@@ -89,6 +91,16 @@ def test_the_page_of_view_is_installed(command: Path, tmp_path: Path) -> None:
         cwd=tmp_path, capture_output=True, text=True, env={},
     )  # fmt: skip
     assert done.stdout.split() == sorted(file.name for file in PAGE.iterdir())
+
+
+def test_texts_beside_the_code_are_installed(command: Path, tmp_path: Path) -> None:
+    """Declarations that an editor offers, and the model of ``robosc new``."""
+    program = (
+        "from robosc.lsp.completion.snippets import SNIPPETS; from robosc.new.skeleton import small;"
+        " print(len(SNIPPETS['robot']), small('R'))"
+    )
+    done = run(command.with_name("python"), "-c", program, cwd=tmp_path)
+    assert done.stdout == f"{len(SNIPPETS['robot'])} {small('R')}\n"
 
 
 def test_version_is_that_of_the_package() -> None:

@@ -25,7 +25,7 @@ from robosc.runtime.core.port import Data, Port
 from robosc.runtime.core.settings import Settings
 from robosc.simulate.bags.recorded_messages import default_message, fill
 from robosc.simulate.machines.execute import read_settings
-from robosc.simulate.machines.generated import make_controller
+from robosc.simulate.machines.state import make_controller
 from robosc.supervisor import Supervisor
 
 START = 1_700_000_000.0

@@ -17,7 +17,7 @@ from robosc.model.declarations.parameters import with_parameters
 from robosc.model.entities import Robot
 from robosc.model.resolve import load
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.script.conditions import condition
+from robosc.simulate.script.expectations import condition
 from robosc.source import Source
 from robosc.syntax.nodes import RequirementNode
 from robosc.syntax.parser import parse

@@ -9,7 +9,7 @@ from emit.generated_code import supervisor_of
 from simulate.players import MODEL, SEVERAL_TYPES, line_follower, play, sent, session
 
 from robosc.simulate.faults import Failed, InvalidLine, Refused
-from robosc.simulate.machines.generated import make_controller
+from robosc.simulate.machines.state import make_controller
 from robosc.simulate.script.session import Session
 from robosc.simulate.values.event_data import complete
 from robosc.supervisor import Supervisor

@@ -17,7 +17,7 @@ from simulate.test_replay import write
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.telemetry import dump, event_document
-from robosc.simulate.machines.generated import make_controller
+from robosc.simulate.machines.state import make_controller
 from robosc.simulate.replay import replay
 from robosc.supervisor import Supervisor
 

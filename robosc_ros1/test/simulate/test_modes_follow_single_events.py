@@ -27,11 +27,10 @@ from robosc.runtime.judge.monitoring import monitor_engine
 from robosc.runtime.judge.seen import MonitorPort
 from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.simulate.machines.execute import Execution, read_given
-from robosc.simulate.machines.generated import make_controller, state_of_controller
 from robosc.simulate.machines.machine import Happening, event_of_document, label
+from robosc.simulate.machines.state import make_controller, state_of_controller
 from robosc.simulate.machines.supervised import SupervisedExecution
-from robosc.simulate.values.drawn_values import random_raw
-from robosc.simulate.values.event_data import Given, complete
+from robosc.simulate.values.event_data import Given, complete, random_raw
 from robosc.supervisor import Supervisor
 
 STEPS = 30

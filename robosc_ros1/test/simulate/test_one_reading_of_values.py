@@ -28,8 +28,8 @@ from robosc.plant.event_values import value_type
 from robosc.runtime.core.model import Controller
 from robosc.runtime.core.values import Mismatch, jsonable
 from robosc.simulate.machines.execute import read_given
-from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.machines.machine import label
+from robosc.simulate.machines.state import make_controller
 from robosc.simulate.values.event_data import complete
 from robosc.simulate.values.typed_values import within_whole
 

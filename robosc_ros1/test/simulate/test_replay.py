@@ -24,8 +24,8 @@ from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.recorder import Entry
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.telemetry import EventLog, Outlet, Reporter, dump, event_document
-from robosc.simulate.machines.generated import make_controller
 from robosc.simulate.machines.machine import Happening
+from robosc.simulate.machines.state import make_controller
 from robosc.simulate.replay import replay
 from robosc.simulate.script.session import Session
 from robosc.supervisor import Supervisor

@@ -22,7 +22,7 @@ from simulate.test_transforms_in_bags import SPEEDS
 from simulate.test_transforms_in_bags import SUPERVISOR as DOCKING
 from simulate.test_transforms_in_bags import Run as DockingRun
 
-from robosc.simulate.bags import judgement as judging
+from robosc.simulate.bags import bag_run
 from robosc.simulate.bags.bag_run import BagRun
 from robosc.simulate.bags.judgement import judge
 from robosc.simulate.bags.judgement_report import judgement_document
@@ -42,10 +42,10 @@ class _Counted(BagRun):
 def judged_alike(supervisor: Supervisor, path: Path, monkeypatch: pytest.MonkeyPatch) -> int:
     """The messages that took the short way, of a bag that is judged in both ways."""
     _Counted.alone = 0
-    monkeypatch.setattr(judging, "BagRun", _Counted)
+    monkeypatch.setattr(bag_run, "BagRun", _Counted)
     short = judgement_document(judge(supervisor, path, (), lambda *_: None))
     alone = _Counted.alone
-    monkeypatch.setattr(judging, "BagRun", partial(_Counted, described=True))
+    monkeypatch.setattr(bag_run, "BagRun", partial(_Counted, described=True))
     long = judgement_document(judge(supervisor, path, (), lambda *_: None))
     assert short == long
     assert _Counted.alone == alone  # none of the second time

@@ -13,8 +13,7 @@ from syntax_support import parsed
 from robosc.errors import ModelError
 from robosc.language.tokens import tokenize
 from robosc.source import Source
-from robosc.syntax.formatting.format import format_text
-from robosc.syntax.formatting.formatter import WIDTH
+from robosc.syntax.formatting.format import WIDTH, format_text
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*/*.rscd"))
 

@@ -5,18 +5,20 @@ from __future__ import annotations
 import textwrap
 from bisect import bisect_right
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from robosc.language import events, keywords
-from robosc.language.tokens import tokenize
+from robosc.language import events, functions, keywords, operators
+from robosc.language.tokens import Tokens, is_word, tokenize
 from robosc.lsp.analysis import Analysis
-from robosc.lsp.interfaces import definition_file
-from robosc.lsp.ros_definitions import interface_of
+from robosc.lsp.ros_definitions import definition_file, field_place, interface_of
 from robosc.lsp.synthesis_process import Derived
 from robosc.model.entities import Requirement
+from robosc.model.file_resolver import FileContents
 from robosc.model.names.occurrences import Occurrence, Symbol, SymbolKind
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.model.ros.interfaces import KINDS, Interface
 from robosc.source import Source, Span
+from robosc.syntax.nodes import FunctionNode
 
 # What a text does not say and the reader may want to see: the messages behind basic types.
 
@@ -239,3 +241,152 @@ _STATUS = {
     "restricted": "restricted further than the requirements say",
     "never": "never allowed",
 }
+
+
+# Where what a name stands for is declared: in this file, in a library, in a ROS definition.
+
+
+def definition_of(analysis: Analysis, occurrence: Occurrence) -> Span | None:
+    """A declaration itself leads on: an import to the library, a property to the real field."""
+    symbol = occurrence.symbol
+    if symbol.kind is SymbolKind.ROS_TYPE:
+        file = definition_file(analysis.definitions, symbol.owner, symbol.name)
+        return field_place(file, 0, "") if file is not None else None
+    if symbol.kind is SymbolKind.ROS_PACKAGE:
+        home = analysis.definitions.packages.find(symbol.name)
+        manifest = home / "package.xml" if home is not None else None
+        return field_place(manifest, 0, "") if manifest and manifest.is_file() else None
+    if symbol.declared is None and symbol.kind in (SymbolKind.PROPERTY, SymbolKind.ROS_CONSTANT):
+        return _field_of(analysis, symbol.owner, symbol.name)
+    if occurrence.declaration and analysis.contents is not None:
+        further = _further(analysis, symbol, analysis.contents)
+        if further is not None:
+            return further
+    return symbol.declared
+
+
+def _further(analysis: Analysis, symbol: Symbol, contents: FileContents) -> Span | None:
+    if symbol.kind is SymbolKind.COMPONENT:
+        instance = contents.instances.get(symbol.name)
+        if instance is not None and instance.imported is not None:
+            return instance.node.name.span
+    if symbol.kind is SymbolKind.PROPERTY:
+        return _field(analysis, symbol.owner, symbol.name)
+    if symbol.kind is SymbolKind.OBJECT:
+        return _field(analysis, symbol.name, "")
+    if symbol.kind is SymbolKind.INTERFACE:
+        node = contents.scope.interfaces.get(symbol.name)
+        if node is not None:
+            file = definition_file(analysis.definitions, node.package.text, node.type.text)
+            return field_place(file, 0, "") if file is not None else None
+    return None
+
+
+_PARTS = {"Request": 0, "Goal": 0, "Response": 1, "Result": 1, "Feedback": 2}
+
+
+def _field(analysis: Analysis, object_: str, name: str) -> Span | None:
+    carrier = analysis.carriers.get(object_)
+    return _field_of(analysis, carrier.name, name) if carrier is not None else None
+
+
+def _field_of(analysis: Analysis, definition: str, name: str) -> Span | None:
+    """Where a field or constant of ``package/Type``, or of a part of it, is defined."""
+    package, _, type_ = definition.partition("/")
+    candidates = [(type_, 0)]
+    candidates += [(type_.removesuffix(s), p) for s, p in _PARTS.items() if type_.endswith(s)]
+    for stem, part in candidates:
+        file = definition_file(analysis.definitions, package, stem)
+        if file is not None:
+            return field_place(file, part, name)
+    return None
+
+
+# What a call takes: the function in whose parentheses a place is, and which argument it is in.
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """A call as it is written: its arguments as texts, of which one is ``active``."""
+
+    name: str
+    arguments: tuple[str, ...]
+    result: str
+    active: int
+
+    @property
+    def label(self) -> str:
+        return f"{self.name}({', '.join(self.arguments)}){self.result}"
+
+    @property
+    def places(self) -> Iterator[tuple[int, int]]:
+        """Where each argument begins and ends in the label."""
+        start = len(self.name) + 1
+        for argument in self.arguments:
+            yield start, start + len(argument)
+            start += len(argument) + len(", ")
+
+
+def signature_at(analysis: Analysis, offset: int) -> Signature | None:
+    """The call around an offset; None where there is none, or it has more arguments than it may."""
+    tokens = tokenize(analysis.source)
+    if any(comment.start < offset < comment.end for comment in tokens.comments):
+        return None
+    call = _call(tokens, offset)
+    if call is None:
+        return None
+    name, active = call
+    found = _declared(analysis, name) or _built_in(name)
+    if found is None:
+        return None
+    arguments, result = found
+    if arguments[-1:] == ("…",):
+        active = min(active, len(arguments) - 1)
+    return Signature(name, arguments, result, active) if active < len(arguments) else None
+
+
+def _call(tokens: Tokens, offset: int) -> tuple[str, int] | None:
+    """The name in front of the innermost open parenthesis of a call, and the commas behind it."""
+    level = commas = 0
+    for index in reversed(range(tokens.before(offset))):
+        word = tokens.text(index)
+        if word in (")", "]"):
+            level += 1
+        elif word in ("(", "[") and level:
+            level -= 1
+        elif word == "," and not level:
+            commas += 1
+        elif word in ("{", "}"):
+            return None
+        elif word in ("(", "["):
+            if word == "(" and index and is_word(tokens.kinds[index - 1]):
+                before = tokens.text(index - 2) if index > 1 else ""
+                return None if before == "function" else (tokens.text(index - 1), commas)
+            commas = 0  # of a part in brackets
+    return None
+
+
+def _declared(analysis: Analysis, name: str) -> tuple[tuple[str, ...], str] | None:
+    """The arguments and the result of a function of the model."""
+    contents = analysis.contents
+    if contents is None:
+        return None
+    scopes = [contents.types.values, *(c.types.values for c in contents.instances.values())]
+    found: FunctionNode | None = next(
+        (s.functions[name.lstrip("^")] for s in scopes if name.lstrip("^") in s.functions), None
+    )
+    if found is None:
+        return None
+    arguments = tuple(f"{p.name.text}: {p.type.span.text}" for p in found.parameters)
+    return arguments, f": {found.type.span.text}"
+
+
+def _built_in(name: str) -> tuple[tuple[str, ...], str] | None:
+    if name in functions.GEOMETRY:
+        objects, numbers, _, what = functions.GEOMETRY[name]
+        return (what,) * objects + (operators.Operand.NUMBER.value,) * numbers, ""
+    function = functions.FUNCTIONS.get(name)
+    if function is None:
+        return None
+    arguments = tuple(operand.value for operand in function.arguments)
+    return arguments + ("…",) * function.variadic, f": {function.result.value}"

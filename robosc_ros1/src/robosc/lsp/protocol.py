@@ -9,8 +9,9 @@ from urllib.parse import unquote, urlsplit
 from lsprotocol import types
 
 from robosc import errors
-from robosc.lsp import actions, kinds, outline, signatures
+from robosc.lsp import actions, outline
 from robosc.lsp.completion.candidates import Candidate
+from robosc.lsp.hover import Signature
 from robosc.lsp.positions import Encoding, range_of
 from robosc.source import Source, Span
 
@@ -94,7 +95,7 @@ def document_symbol(entry: outline.OutlineItem, encoding: Encoding) -> types.Doc
     return types.DocumentSymbol(
         name=entry.label,
         detail=entry.detail,
-        kind=types.SymbolKind[kinds.KINDS[entry.kind].symbol],
+        kind=types.SymbolKind[outline.KINDS[entry.kind].symbol],
         range=range_(entry.whole, encoding),
         selection_range=range_(entry.name, encoding),
         children=[document_symbol(child, encoding) for child in entry.children],
@@ -105,7 +106,7 @@ def workspace_symbol(symbol: outline.Found, encoding: Encoding) -> types.Workspa
     return types.WorkspaceSymbol(
         location=location(symbol.item.name, encoding),
         name=symbol.item.label,
-        kind=types.SymbolKind[kinds.KINDS[symbol.item.kind].symbol],
+        kind=types.SymbolKind[outline.KINDS[symbol.item.kind].symbol],
         container_name=symbol.inside or None,
     )
 
@@ -127,7 +128,7 @@ def completion_item(
     is_snippet = "$" in text and snippets
     return types.CompletionItem(
         label=candidate.label,
-        kind=types.CompletionItemKind[kinds.KINDS[candidate.kind].item],
+        kind=types.CompletionItemKind[outline.KINDS[candidate.kind].item],
         detail=candidate.detail or None,
         sort_text=f"{candidate.rank}{candidate.order:05}{candidate.label.casefold()}",
         text_edit=types.TextEdit(place, text if is_snippet else text.replace("$0", "")),
@@ -137,7 +138,7 @@ def completion_item(
     )
 
 
-def signature_help(signature: signatures.Signature) -> types.SignatureHelp:
+def signature_help(signature: Signature) -> types.SignatureHelp:
     parameters = [types.ParameterInformation(label=place) for place in signature.places]
     information = types.SignatureInformation(signature.label, parameters=parameters)
     return types.SignatureHelp([information], 0, signature.active)

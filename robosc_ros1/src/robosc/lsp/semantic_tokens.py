@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from robosc.language.keywords import KEYWORDS, Role
 from robosc.language.tokens import INTEGER, NUMBER, STRING, tokenize
-from robosc.lsp import kinds, positions
+from robosc.lsp import outline, positions
 from robosc.lsp.analysis import Analysis
 from robosc.source import Source
 
@@ -62,7 +62,7 @@ def _tokens(analysis: Analysis) -> list[_Token]:
     for occurrence in analysis.index.occurrences:
         modifiers = occurrence.declaration | occurrence.write << 1
         span = occurrence.span
-        type_ = kinds.KINDS[occurrence.symbol.kind.value].token
+        type_ = outline.KINDS[occurrence.symbol.kind.value].token
         names[span.start] = _Token(span.start, span.end, type_, modifiers)
     found = list(names.values())
     tokens = tokenize(analysis.source)

@@ -19,14 +19,13 @@ from typing import Any, BinaryIO
 from lsprotocol import types
 
 from robosc import errors, limits, pipeline
-from robosc.lsp import definition, open_texts, positions, protocol, semantic_tokens
+from robosc.lsp import hover, open_texts, positions, protocol, semantic_tokens
 from robosc.lsp.actions import Edit, actions_for
 from robosc.lsp.analysis import READING, Analysis, Workspace
 from robosc.lsp.completion.complete import complete
-from robosc.lsp.hover import hover_text, inlay_hints, keyword_hover
+from robosc.lsp.hover import hover_text, inlay_hints, keyword_hover, signature_at
 from robosc.lsp.outline import folds, outline, symbols
 from robosc.lsp.rename import RenameError, may_be_renamed, references, rename
-from robosc.lsp.signatures import signature_at
 from robosc.model.names.occurrences import Occurrence
 from robosc.source import Source, Span
 from robosc.syntax.formatting.format import format_text, format_tree
@@ -217,7 +216,7 @@ class _Session:
     def _definition(
         self, analysis: Analysis, occurrence: Occurrence, _: Any
     ) -> types.Location | None:
-        span = definition.definition_of(analysis, occurrence)
+        span = hover.definition_of(analysis, occurrence)
         return protocol.location(span, self._encoding) if span is not None else None
 
     def _references(

@@ -5,8 +5,8 @@ The span of an entity with a name is that of the name; of others, that of the wh
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 
 from robosc.expr import tree, types
 from robosc.language.events import EventKind
@@ -69,6 +69,13 @@ class Transition:
     index: int = 0
     delay: tree.Expr | None = None
     span: Span = span_field()
+
+    @property
+    def expressions(self) -> Iterator[tree.Expr]:
+        """Its guard, if it has one, and what it assigns."""
+        if self.guard is not None:
+            yield self.guard
+        yield from (assignment.value for assignment in self.assignments)
 
     def enters(self, place: str, source: State) -> bool:
         """Whether it enters the state of a path, taken in the state ``source``.
@@ -182,6 +189,26 @@ class Behaviour(_Place):
     @property
     def all_transitions(self) -> Iterator[Transition]:
         return (transition for _, transition in self.placed)
+
+    def changed(
+        self, of: Callable[[str | None, tuple[Transition, ...]], tuple[Transition, ...]]
+    ) -> Behaviour:
+        """The behaviour with what takes the place of the transitions of each state (None: of every
+        state)."""
+
+        def outer(place: CompositeState) -> CompositeState:
+            return replace(place, transitions=of(place.name, place.transitions))
+
+        def inner(place: State) -> State:
+            own = of(place.name, place.transitions)
+            return replace(place, transitions=own, around=tuple(map(outer, place.around)))
+
+        return replace(
+            self,
+            states=tuple(map(inner, self.states)),
+            transitions=of(None, self.transitions),
+            composites=tuple(map(outer, self.composites)),
+        )
 
     @property
     def staying(self) -> Iterator[Transition]:

@@ -302,10 +302,16 @@ class Provide:
     span: Span = automata.span_field()
 
     @property
+    def expressions(self) -> Iterator[tree.Expr]:
+        """Those in its data, and its condition, if it has one."""
+        yield from data_expressions(self.data)
+        if self.condition is not None:
+            yield self.condition
+
+    @property
     def corrects(self) -> bool:
         """Whether it reads the data that another controller sends."""
-        condition = () if self.condition is None else (self.condition,)
-        return any(map(traversal.reads_value, (*data_expressions(self.data), *condition)))
+        return any(map(traversal.reads_value, self.expressions))
 
     @property
     def deciding(self) -> tree.Expr | None:
@@ -353,6 +359,13 @@ class Robot:
     conditions: ConditionReader = field(compare=False, repr=False, kw_only=True)
     """Reads conditions with the names of the model's own requirements."""
     span: Span = automata.span_field()
+
+    @property
+    def transitions(self) -> Iterator[tuple[Component, automata.Transition]]:
+        """Those of all components, each with its component."""
+        return (
+            (component, taken) for component in self.components for taken in component.transitions
+        )
 
     @cached_property
     def communications(self) -> dict[str, Communication]:

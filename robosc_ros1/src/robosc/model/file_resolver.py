@@ -10,17 +10,9 @@ from robosc.expr import tree, undefined_data
 from robosc.expr.tree import Expr
 from robosc.expr.types import EnumType, Type
 from robosc.model import automata, diagnostics, entities
-from robosc.model.checks.answers import check_answers
-from robosc.model.checks.command_data import with_command_data
-from robosc.model.checks.exclusive import check_overlaps
-from robosc.model.checks.freshness import check_freshness
-from robosc.model.checks.indexes import check_indexes
-from robosc.model.checks.served import check_served
-from robosc.model.checks.stopping import check_cancels, check_stop
-from robosc.model.checks.undefined_data import check_undefined_data
-from robosc.model.checks.unused import check_case, check_topics, check_unused
-from robosc.model.checks.used_fields import Usage
-from robosc.model.declarations import components, lasting, parameters, servers, state_variables
+from robosc.model.checks import command_data, exclusive, freshness, stopping, unused, used_fields
+from robosc.model.checks.undefined_data import check_indexes, check_undefined_data
+from robosc.model.declarations import components, named_values, parameters, servers, state_variables
 from robosc.model.declarations.behaviour import BehaviourResolver
 from robosc.model.declarations.components import (
     bind,
@@ -31,7 +23,6 @@ from robosc.model.declarations.components import (
     join,
 )
 from robosc.model.declarations.datatypes import Given, TypeTable
-from robosc.model.declarations.named_values import NamedValueTyper
 from robosc.model.declarations.performing import find_performed, performed_data, with_performed
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
 from robosc.model.declarations.type_declarations import TypeDeclarations
@@ -46,7 +37,6 @@ from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import RULE, Incoming, no_value
 from robosc.syntax import nodes
-from robosc.syntax.nodes import ExprNode
 
 # The names before a dot that a file itself does not declare: they may be those of libraries.
 
@@ -101,7 +91,7 @@ def _named(node: Any, known: frozenset[str]) -> Iterator[nodes.Name]:
 def conditions_over(types: TypeTable, table: tables.ComponentTable) -> entities.ConditionReader:
     """A reader with the names of a file in which everything is declared."""
 
-    def read(node: ExprNode, report: diagnostics.Report) -> tree.Expr | None:
+    def read(node: nodes.ExprNode, report: diagnostics.Report) -> tree.Expr | None:
         expanded = copies.over_copies(node, table.copies, report)
         if report.has_errors:
             return None
@@ -197,27 +187,27 @@ class FileResolver:
         self.types.values.resolve()
         robot = self._with_statements(components)
         robot = self._with_heard(robot)
-        usage = Usage(robot)
+        usage = used_fields.Usage(robot)
         self._binder.report_unknown_fields(usage)
         robot = state_variables.select_state_variables(robot, self._report)
         enums = [t for t in map(self.types.known, self._scope.datatypes) if isinstance(t, EnumType)]
         lengths = {**self._type_declarations.ros.lengths, **self._binder.lengths}
         check_indexes(robot.components, enums, lengths, self._report)
-        check_case(self._scope, self.component_table, self._report)
-        check_topics(self.component_table, self._report)
+        unused.check_case(self._scope, self.component_table, self._report)
+        unused.check_topics(self.component_table, self._report)
         library = self._scope.node.kind == "library"
         whole = not self._report.has_errors and not self.component_table.broken
         if library or not whole:
-            check_overlaps(robot.components, self._report, library=library)
+            exclusive.check_overlaps(robot.components, self._report, library=library)
         if whole:
-            check_freshness(robot, self._report, library=library)
-            check_cancels(robot.components, robot.communications, self._report)
+            freshness.check_freshness(robot, self._report, library=library)
+            stopping.check_cancels(robot.components, robot.communications, self._report)
             check_undefined_data(robot, lengths, self._scope.source, self._report)
             if not library:
-                check_stop(robot, self._report)
-                check_answers(robot, usage, self._report)
-                check_served(robot, self._binder.sent, self._report)
-            check_unused(
+                stopping.check_stop(robot, self._report)
+                stopping.check_answers(robot, usage, self._report)
+                stopping.check_served(robot, self._binder.sent, self._report)
+            unused.check_unused(
                 self._scope,
                 self.types.values,
                 self.component_table,
@@ -261,7 +251,7 @@ class FileResolver:
     def _declare_values(self) -> None:
         values = self.types.values
         node = self._scope.node
-        values.typed = NamedValueTyper(
+        values.typed = named_values.NamedValueTyper(
             self.types,
             self._report,
             lambda: tables.SymbolTable(self.component_table),
@@ -276,7 +266,7 @@ class FileResolver:
         values = ValueScope(instance.name, file.outer if file.owner else file)
         file_types = instance.types
         instance.types = file_types.inside(values, {})
-        values.typed = NamedValueTyper(
+        values.typed = named_values.NamedValueTyper(
             instance.types, report, lambda: self._symbols(instance), instance.name
         )
         values.typer = FunctionTyper(instance.types, report)
@@ -442,8 +432,10 @@ class FileResolver:
             return robot
         robot = servers.with_feedback_where_provided(servers.with_one_request_per_server(robot))
         conditions = tuple(one for values in self._values() for one in values.lasting)
-        robot = lasting.with_lasting(with_performed(robot), conditions)
-        return with_command_data(robot, self._report, self._binder.sent.field_of, self._supervises)
+        robot = servers.with_lasting(with_performed(robot), conditions)
+        return command_data.with_command_data(
+            robot, self._report, self._binder.sent.field_of, self._supervises
+        )
 
     def _add_statements(self, instance: tables.Instance, statements: Statements) -> None:
         """Resolve the statements of a component, which sees names as its behaviour does."""

@@ -5,46 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 
 from robosc.language.keywords import RESERVED, escape
 from robosc.model.ros.interfaces import Definition, Folder
 from robosc.new.declared_types import DeclaredTypes
 from robosc.new.frames import RobotFrame
 from robosc.new.survey import UNKNOWN_NODE, Offer, Spacing, Survey
-
-_SMALL = """\
-// A robot that drives while nothing is near. Replace its parts by those of your robot, and try:
-//   robosc check FILE        robosc simulate FILE        robosc generate FILE
-robot NAME {
-    // A part of the robot, seen from the controller: "outgoing" messages come from the part.
-    component Sensor {
-        // Silent for half a second: distance.fresh is false. Types of ROS: sensor_msgs/Range.
-        outgoing message distance with identifier: "/distance", timeout: 0.5 s, type: double
-
-        behaviour {
-            variable metres: double = 0.0
-            // "marked": the part is at rest here. The robot can always get back to such states.
-            initial marked state watching {
-                on response from distance do metres := value
-            }
-        }
-    }
-
-    // "incoming" messages go to the part: they are the controller's commands.
-    component Drive {
-        incoming message forward with identifier: "/speed", type: double
-        incoming message halt with identifier: "/speed", type: double
-    }
-
-    // What must hold whenever the command is sent. All that is allowed is sent.
-    requirement forward needs distance.fresh and Sensor.metres > 0.5
-    prefer forward over halt
-
-    provide forward with 0.2
-    provide halt with 0.0
-    stop with halt // when the node ends
-}
-"""
 
 _HEAD = """\
 // Made from {origin}: all that a controller could read and command. Go through it and decide
@@ -92,7 +59,8 @@ _CANCELLED = "                on cancelled from {name} goto idle\n"
 
 def small(name: str) -> str:
     """The text of a small model, with comments for somebody who has seen none."""
-    return _SMALL.replace("NAME", name)
+    file = Path(__file__).with_name("small.rscd")
+    return file.read_text(encoding="utf-8").replace("NAME", name)
 
 
 def from_survey(

@@ -5,10 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from robosc.expr.traversal import all_names
+from robosc.expr import traversal, types, undefined_data
 from robosc.expr.tree import REASON, TRUE, Binary, Expr, Literal, ReasonRef, ValueRef
-from robosc.expr.types import BooleanType, EnumType
-from robosc.expr.undefined_data import defined
 from robosc.language import events, reasons
 from robosc.model.entities import Communication
 from robosc.plant import acceptance, logic
@@ -57,14 +55,14 @@ def _possible_error(
     """Return the condition on an error's reason and value that come in a phase; None: there is
     none. ``read`` are the parts of them that the model reads."""
     found = list(read)
-    value = next((r for r in found if type(r) is ValueRef and all_names(r.path)), None)
-    there = None if value is None else defined(value)
+    value = next((r for r in found if type(r) is ValueRef and traversal.all_names(r.path)), None)
+    there = None if value is None else undefined_data.defined(value)
     refused = expected = None
     if there is not None and communication.expect is not None:
         expected = view.expression(expected_of_error(communication))
         refused = TRUE if is_assumed else logic.conjunction([there, logic.negation(expected)])
     reason = next((r.type for r in found if isinstance(r, ReasonRef)), None)
-    if not isinstance(reason, EnumType):
+    if not isinstance(reason, types.EnumType):
         is_service = communication.kind is events.Kind.SERVICE
         if not is_service or there is None or refused is None or is_assumed:
             return None
@@ -88,8 +86,8 @@ def _possible_error(
     return logic.disjunction(parts)
 
 
-def _one_of(words: Iterable[str], reason: EnumType) -> Expr:
+def _one_of(words: Iterable[str], reason: types.EnumType) -> Expr:
     return logic.disjunction(
-        Binary("=", ReasonRef(REASON, reason), Literal(word, reason), BooleanType())
+        Binary("=", ReasonRef(REASON, reason), Literal(word, reason), types.BooleanType())
         for word in words
     )

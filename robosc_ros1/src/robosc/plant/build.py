@@ -8,7 +8,6 @@ from itertools import chain
 from typing import NamedTuple
 
 from robosc import errors, limits
-from robosc.errors import StateSpaceError
 from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, EventSort, command_key
@@ -30,9 +29,8 @@ from robosc.plant.automaton import (
     StateVariable,
     VariableKind,
 )
-from robosc.plant.data import asked_cases, builder, classes
+from robosc.plant.data import asked_cases, builder, classes, terms
 from robosc.plant.data.classes import Classes
-from robosc.plant.data.terms import Term
 from robosc.plant.data.view import FiniteView, Scope, may_be_missing, reference_to
 from robosc.plant.lasting import Reset, resets
 from robosc.plant.model_text import to_dsl
@@ -41,7 +39,7 @@ from robosc.runtime.core.places import place_of
 # The values of the terms of a plant, and what users see of them.
 
 
-def _labels(classes: Classes, term: Term, robot: Robot, whole: bool) -> tuple[str, ...]:
+def _labels(classes: Classes, term: terms.Term, robot: Robot, whole: bool) -> tuple[str, ...]:
     """Return the texts, for users, of the values of a term: ``Battery.charge > 0.2``, ``x <= 1``,
     with ``whole`` also for a part of a message ``value.x <= 1``."""
     if isinstance(term, tree.ChoiceRef) and term.renews is not None:
@@ -58,7 +56,7 @@ def _labels(classes: Classes, term: Term, robot: Robot, whole: bool) -> tuple[st
 
 
 def values_of_term(
-    view: FiniteView, scope: Scope, term: Term, what: str
+    view: FiniteView, scope: Scope, term: terms.Term, what: str
 ) -> tuple[Sequence[types.Value], tuple[str, ...] | None]:
     """Return the values or classes of a term, and the texts of classes for users.
 
@@ -393,7 +391,7 @@ class _Lowering:
         parameters = tuple(self._parameters(automata, (kind, component.name)))
         if parameters and kind is EventKind.TAU:
             where = f"{transition.span.source.path}:{transition.span.line}"
-            raise StateSpaceError(
+            raise errors.StateSpaceError(
                 f"{where}: the outcome of this internal transition is open, for a comparison of"
                 " data reads what it assigns: assign that where a message or an answer comes"
                 " (on response …), a constant here, or use 'after'"

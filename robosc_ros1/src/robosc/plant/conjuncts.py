@@ -7,18 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from robosc import dotted
-from robosc.expr.traversal import path_text, walk
-from robosc.expr.tree import (
-    Binary,
-    Expr,
-    Literal,
-    ParameterRef,
-    PhaseRef,
-    Unary,
-    ValueRef,
-    VariableRef,
-)
-from robosc.expr.types import ArrayType, BooleanType, ObjectType
+from robosc.expr import traversal, tree, types
 from robosc.model.entities import Requirement, Robot
 from robosc.plant import logic, model_text
 
@@ -36,8 +25,8 @@ class Conjunct:
     """
 
     failure: str
-    unmet: Expr
-    values: dict[str, Expr]
+    unmet: tree.Expr
+    values: dict[str, tree.Expr]
     limits: tuple[float, ...]
 
 
@@ -56,7 +45,7 @@ def conjuncts(requirement: Requirement, robot: Robot) -> tuple[Conjunct, ...]:
     return found if len(found) > 1 or found[0].values else ()
 
 
-def _text(expr: Expr, robot: Robot) -> str:
+def _text(expr: tree.Expr, robot: Robot) -> str:
     """A part as the model says it: ``dock.idle``, not ``!dock.busy``."""
     phase = _named_phase(expr)
     if phase is None or expr.span is None:
@@ -65,43 +54,49 @@ def _text(expr: Expr, robot: Robot) -> str:
     return f"{communication}.{dotted.last(expr.span.text)}"
 
 
-def _named_phase(expr: Expr) -> PhaseRef | None:
+def _named_phase(expr: tree.Expr) -> tree.PhaseRef | None:
     """One of the phases of which a name such as ``dock.idle`` means none; None for other parts."""
-    if not isinstance(expr, Unary | Binary):
+    if not isinstance(expr, tree.Unary | tree.Binary):
         return None
-    left = expr.operand if isinstance(expr, Unary) else expr.left
+    left = expr.operand if isinstance(expr, tree.Unary) else expr.left
     if left.span is None or left.span != expr.span:
         return None
-    return left if isinstance(left, PhaseRef) else _named_phase(left)
+    return left if isinstance(left, tree.PhaseRef) else _named_phase(left)
 
 
-def _parts(expr: Expr, wanted: bool) -> Iterator[tuple[Expr, bool]]:
+def _parts(expr: tree.Expr, wanted: bool) -> Iterator[tuple[tree.Expr, bool]]:
     if _named_phase(expr):
         yield expr, wanted
-    elif isinstance(expr, Unary) and expr.operator == "!":
+    elif isinstance(expr, tree.Unary) and expr.operator == "!":
         yield from _parts(expr.operand, not wanted)
-    elif isinstance(expr, Binary) and expr.operator == ("and" if wanted else "or"):
+    elif isinstance(expr, tree.Binary) and expr.operator == ("and" if wanted else "or"):
         yield from _parts(expr.left, wanted)
         yield from _parts(expr.right, wanted)
     else:
         yield expr, wanted
 
 
-def _limits(expr: Expr) -> Iterator[float]:
-    values = (node.value for node in walk(expr) if isinstance(node, Literal))
+def _limits(expr: tree.Expr) -> Iterator[float]:
+    values = (node.value for node in traversal.walk(expr) if isinstance(node, tree.Literal))
     yield from dict.fromkeys(value for value in values if isinstance(value, float))
 
 
-def _values(expr: Expr) -> Iterator[tuple[str, Expr]]:
+def _values(expr: tree.Expr) -> Iterator[tuple[str, tree.Expr]]:
     read = dict.fromkeys(
-        node for node in walk(expr) if isinstance(node, VariableRef | ParameterRef | ValueRef)
+        node
+        for node in traversal.walk(expr)
+        if isinstance(node, tree.VariableRef | tree.ParameterRef | tree.ValueRef)
     )
-    plain = [n for n in read if not isinstance(n.type, ArrayType | BooleanType | ObjectType)]
+    plain = [
+        n
+        for n in read
+        if not isinstance(n.type, types.ArrayType | types.BooleanType | types.ObjectType)
+    ]
     for node in plain[:_MOST_VALUES]:
         match node:
-            case VariableRef(key=name):
+            case tree.VariableRef(key=name):
                 yield name, node
-            case ParameterRef(parameter=parameter):
+            case tree.ParameterRef(parameter=parameter):
                 yield parameter.key, node
-            case ValueRef(path=path):
-                yield path_text(("value", *path)), node
+            case tree.ValueRef(path=path):
+                yield traversal.path_text(("value", *path)), node

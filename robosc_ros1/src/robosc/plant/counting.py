@@ -15,11 +15,10 @@ from itertools import islice
 from operator import is_not
 from typing import TypeGuard
 
-from robosc import dotted
+from robosc import dotted, names
 from robosc.expr import identity_cache, quantified, tree, types
 from robosc.expr.traversal import may_be_undefined, operands, rewritten, walk
 from robosc.model.entities import Robot
-from robosc.names import Copy
 
 _LEAST_COPIES = 3
 """Conditions on fewer components are listed one by one."""
@@ -272,7 +271,7 @@ def _literal(expr: tree.Expr) -> tuple[_Kind, int] | None:
     negated = isinstance(expr, tree.Unary) and expr.operator == "!"
     inner = expr.operand if isinstance(expr, tree.Unary) and negated else expr
     if isinstance(inner, tree.StateRef):  # as most are
-        copy = Copy.of(inner.component)
+        copy = names.Copy.of(inner.component)
         if copy is None:
             return None
         return (negated, copy.family, replace(inner, component=copy.family)), copy.index
@@ -284,9 +283,9 @@ def _literal(expr: tree.Expr) -> tuple[_Kind, int] | None:
 
     def named(component: str) -> str:
         components.add(component)
-        copy = Copy.of(component)
+        copy = names.Copy.of(component)
         return component if copy is None else copy.family
 
     shared = with_component(inner, named)
-    copy = Copy.of(components.pop()) if len(components) == 1 else None
+    copy = names.Copy.of(components.pop()) if len(components) == 1 else None
     return None if copy is None else ((negated, copy.family, shared), copy.index)

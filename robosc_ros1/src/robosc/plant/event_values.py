@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 
 from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind
-from robosc.model.entities import Robot, data_expressions
+from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
 from robosc.plant.logic import exact
 
@@ -39,17 +39,15 @@ def value_parts(robot: Robot, event: Event) -> dict[tuple[str | int, ...], types
         if event.key in robot.corrected:
             for provide in robot.provides:
                 if provide.communication == event.key:
-                    readers += data_expressions(provide.data)
-                    readers += [] if provide.condition is None else [provide.condition]
+                    readers += provide.expressions
     automata = (event.whole or event).automata
     for edge in (edge for automaton in automata for edge in automaton.edges):
         readers += (assignment.value for assignment in edge.assignments)
         readers += [exact(edge.guard)] if edge.guard is not None else []
     if event.kind is EventKind.RESPONSE and robot.communications[event.key].expect is not None:
-        for transition in (t for component in robot.components for t in component.transitions):
+        for _, transition in robot.transitions:
             if (transition.event, transition.communication) == (EventKind.ERROR, event.key):
-                readers += (assignment.value for assignment in transition.assignments)
-                readers += [] if transition.guard is None else [transition.guard]
+                readers += transition.expressions
     parts = values_read(readers)
     return {path: p.type for path, p in parts.items() if not isinstance(p, tree.ReasonRef)}
 

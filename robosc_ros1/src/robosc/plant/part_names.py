@@ -21,8 +21,7 @@ from typing import NamedTuple
 from robosc.expr import identity_cache, tree, types
 from robosc.expr.traversal import operands, walk
 from robosc.model.entities import Robot
-from robosc.plant.counting import with_counts
-from robosc.plant.logic import conjunction, disjunction
+from robosc.plant import counting, logic
 from robosc.plant.model_text import to_dsl
 
 LONG = 200
@@ -82,7 +81,7 @@ class PartNames:
         self._parts: list[_Part] = []
         self._references: dict[int, int] = {}
         self._long = [guard for guard in guards if len(to_dsl(guard, robot)) > LONG]
-        self._find([self._number(with_counts(expr, robot)) for expr in self._long])
+        self._find([self._number(counting.with_counts(expr, robot)) for expr in self._long])
         self.definitions = tuple(self._definitions())
 
     def is_long(self, guard: tree.Expr) -> bool:
@@ -100,7 +99,7 @@ class PartNames:
 
     def short(self, expr: tree.Expr) -> tree.Expr:
         """Return an expression with all parts in it replaced by their names."""
-        number = self._number(with_counts(expr, self._robot))
+        number = self._number(counting.with_counts(expr, self._robot))
         return self._expr(self._references.get(number, number))
 
     def used(self, exprs: Iterable[tree.Expr]) -> tuple[NamedExpr, ...]:
@@ -161,9 +160,9 @@ class PartNames:
         parts = [self._expr(operand) for operand in self._operands(number)]
         match node.operator:
             case "and":
-                return conjunction(parts)
+                return logic.conjunction(parts)
             case "or":
-                return disjunction(parts)
+                return logic.disjunction(parts)
             case "!":
                 return tree.Unary("!", parts[0], types.BooleanType())
         return node.expr

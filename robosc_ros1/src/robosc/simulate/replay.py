@@ -20,17 +20,14 @@ from robosc.model.entities import Robot
 from robosc.model.typing.compatibility import describe
 from robosc.plant import automaton, event_values
 from robosc.plant.automaton import Event, EventParameter, Plant, StateVariable, VariableKind
+from robosc.runtime.core import places, recorder, shortening
 from robosc.runtime.core.model import After, Command, Controller, Input, Tau
-from robosc.runtime.core.places import path_of
 from robosc.runtime.core.reasons import blocked_by, reason_text
-from robosc.runtime.core.recorder import STOP_COMMAND
-from robosc.runtime.core.shortening import Shortener
 from robosc.runtime.core.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.faults import InvalidLine
-from robosc.simulate.machines.generated import make_controller
-from robosc.simulate.values.shortened_values import UnknownValue, apply_effect
-from robosc.simulate.values.typed_values import typed_value, within_whole
+from robosc.simulate.machines.state import make_controller
+from robosc.simulate.values import shortened_values, typed_values
 from robosc.supervisor import Supervisor
 
 # The values of events in a log: from JSON to those that the controller takes.
@@ -52,7 +49,7 @@ class LoggedPart:
         if told is None and self.optional:
             return None
         try:
-            value = typed_value(self.type, _of_type(self.type, told), "it")
+            value = typed_values.typed_value(self.type, _of_type(self.type, told), "it")
         except InvalidLine:
             value = None
         values = types.domain(self.type)
@@ -67,7 +64,7 @@ def _of_type(type_: types.Type, told: Any) -> Any:
     Raises:
         InvalidLine: one is not there.
     """
-    match within_whole(type_), told:
+    match typed_values.within_whole(type_), told:
         case types.ArrayType(element=element), list():
             return [_of_type(element, item) for item in told]
         case types.ObjectType(properties=properties), dict():
@@ -348,7 +345,7 @@ class Follower:
                 reason = self._leaves(twin, entry)
                 controller.__dict__.update(twin.__dict__)
                 return reason
-            except UnknownValue:
+            except shortened_values.UnknownValue:
                 pass
         self.unchecked += 1
 
@@ -358,7 +355,7 @@ class Follower:
             return self._variables[name].restored(told) if group == "variables" else told
 
         try:
-            apply_effect(controller, effect, restored)
+            shortened_values.apply_effect(controller, effect, restored)
         except (KeyError, ValueError) as error:
             return f"its effect cannot be {json.dumps(effect)}: {error}"
         return None
@@ -391,7 +388,7 @@ class Follower:
                 self._apply_seen(controller, command, entry)
             return None
         if command is not None:
-            stopping = entry.document.get("detail") == STOP_COMMAND
+            stopping = entry.document.get("detail") == recorder.STOP_COMMAND
             if self._stopped and not stopping:
                 return "the controller had made a safe stop"
             if (found := _perform(controller, command, entry, stopping, self._carried)) is None:
@@ -420,7 +417,7 @@ def _unfit(entry: LogEntry, what: str, told: Any, reason: str) -> UsageError:
 def _can_step(controller: Controller, tau: Tau) -> bool:
     try:
         return tau.step(controller.copy()) is not None
-    except UnknownValue:
+    except shortened_values.UnknownValue:
         return False
 
 
@@ -431,7 +428,7 @@ def _step(controller: Controller, row: After | Tau | None, path: Any) -> str | N
         taken = row.step(controller)
     except Mismatch as mismatch:
         return str(mismatch)
-    taken = taken and path_of(taken)
+    taken = taken and places.path_of(taken)
     return None if taken == path else f"the model goes {taken or 'nowhere'} here, not {path}"
 
 
@@ -471,7 +468,7 @@ def _perform(
             data = command.data(controller)
         except Undefined:
             return "some of its data has not arrived yet", ()
-        shown = Shortener()(data) if entry.shortened else jsonable(data)
+        shown = shortening.Shortener()(data) if entry.shortened else jsonable(data)
         provided = json.loads(json.dumps(shown))
         if value is not None and provided != value:
             sends = json.dumps(provided)

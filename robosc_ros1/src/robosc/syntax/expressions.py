@@ -14,8 +14,7 @@ from pyparsing import Empty, ParseException, ParseSyntaxException
 
 from robosc import limits, remedies
 from robosc.language import keywords, operators, tokens
-from robosc.syntax import operands, pyparsing_names
-from robosc.syntax.elements import note
+from robosc.syntax import elements, operands, pyparsing_names
 from robosc.syntax.parse_state import Form, Stop
 
 ACCESS = "NAME (?: '.' WORD | '[' INTEGER ']' )*"
@@ -65,7 +64,7 @@ class Expression(Empty):
         expected = self._expected
         at = loc
         while expected:
-            note(instring, at, expected)
+            elements.note(instring, at, expected)
             found = scanner.before_operand(at)
             if found is None:
                 # Once a part of the expression has matched, no alternative rule can.
@@ -136,7 +135,7 @@ class _Scanner:
         """
         kinds = self.kinds
         while True:
-            note(kinds, at, "an operator")
+            elements.note(kinds, at, "an operator")
             kind = kinds[at : at + 1]
             what = self.brackets[-1][0] if self.brackets else ""
             if kind in _INFIX and (what or not _ELSE_WITH.match(kinds, at)):

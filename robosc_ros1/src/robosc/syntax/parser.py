@@ -9,9 +9,8 @@ from robosc import errors, limits
 from robosc.language.tokens import is_word, tokenize
 from robosc.remedies import meant
 from robosc.source import Source, Span, opened
+from robosc.syntax import grammar, leaves
 from robosc.syntax.blocks import Block, Header
-from robosc.syntax.grammar import library_block, robot_block
-from robosc.syntax.leaves import make_name
 from robosc.syntax.nodes import FileNode, Name
 from robosc.syntax.parse_state import ParseState
 from robosc.syntax.recovery.synchronise import late_brace
@@ -89,7 +88,7 @@ def _file(reading: ParseState) -> FileNode | None:
     kind, at = _kind(reading)
     if kind is None:
         return None
-    block = robot_block() if kind == "robot" else library_block()
+    block = grammar.robot_block() if kind == "robot" else grammar.library_block()
     name, at = _name(reading, at, kind)
     opened = _opening(reading, at, name is not None, kind, block)
     if opened is None:
@@ -119,7 +118,7 @@ def _kind(reading: ParseState) -> tuple[Literal["robot", "library"] | None, int]
 
 def _name(reading: ParseState, at: int, kind: str) -> tuple[Name | None, int]:
     if is_word(reading.kind(at)):
-        return make_name(reading, at, at + 1, []), at + 1
+        return leaves.make_name(reading, at, at + 1, []), at + 1
     if reading.reported_at != at and not reading.tokens.has_fault(0, reading.tokens.offset(at) + 1):
         reading.report("syntax", f"expected a name for the {kind}", at)
     reading.reported_at = at

@@ -15,7 +15,7 @@ from operator import is_not, itemgetter
 from types import MappingProxyType
 from typing import Any, Generic, TypeAlias, TypeVar
 
-from robosc.emit.controller.whole_guards import whole_guards
+from robosc.emit.controller.guard_methods import whole_guards
 from robosc.expr.evaluation import as_read, evaluate, part_of_value, scalar_of
 from robosc.expr.traversal import all_names, path_text, walk
 from robosc.expr.tree import (

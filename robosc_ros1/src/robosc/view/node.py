@@ -13,14 +13,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 from robosc.errors import UsageError
 from robosc.runtime.core.telemetry import dump
+from robosc.view import listening, operating, ros1
 from robosc.view.hub import Hub
-from robosc.view.listening import Listener
-from robosc.view.operating import OperatorDesk
-from robosc.view.ros1 import Ros1
 from robosc.view.ros2 import Ros2
 from robosc.view.server import Answers, PageServer, Where
 
-_LISTENERS: Mapping[str, Callable[[str, Hub], Listener]] = {"1": Ros1, "2": Ros2}
+_LISTENERS: Mapping[str, Callable[[str, Hub], listening.Listener]] = {"1": ros1.Ros1, "2": Ros2}
 
 
 def view_node(
@@ -39,7 +37,7 @@ def view_node(
     token = None
     if persons is not None:
         hub.put("operate", dump({"persons": list(persons)}))
-        answers = OperatorDesk(listener, persons, listener.heard.document).answers
+        answers = operating.OperatorDesk(listener, persons, listener.heard.document).answers
         token = secrets.token_urlsafe(24)
     with PageServer(where, hub, answers, token) as server, contextlib.closing(listener):
         listener.start(server.address)

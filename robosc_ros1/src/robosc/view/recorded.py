@@ -19,16 +19,14 @@ from robosc.errors import UsageError
 from robosc.language.events import EventKind
 from robosc.model import deciders, entities
 from robosc.runtime.core import model, telemetry, values
-from robosc.runtime.core.model import Controller
 from robosc.runtime.core.places import places
 from robosc.simulate.bags import bag_files, bag_run
 from robosc.simulate.event_log import LogEntry, entry_of, read_log
 from robosc.simulate.replay import Follower
 from robosc.simulate.values.shortened_values import UnknownValue
 from robosc.supervisor import Supervisor
+from robosc.view import server, tally
 from robosc.view.hub import Hub
-from robosc.view.server import Answers, Unable
-from robosc.view.tally import Tally
 
 # How the states, the numbers of variables and those in data went over a recording.
 
@@ -44,7 +42,7 @@ class Collector:
         self._owners = owners
         self._found: dict[str, tuple[str | None, list[int], list[Any]]] = {}
 
-    def take(self, place: int, entry: LogEntry, controller: Controller | None) -> None:
+    def take(self, place: int, entry: LogEntry, controller: model.Controller | None) -> None:
         """An event, and the state after it; None where it is not known."""
         if controller is not None:
             self._change(place, places(controller.components()))
@@ -95,7 +93,7 @@ class _Moment:
     def __init__(self, follower: Follower) -> None:
         self.follower = follower
         self.shown: model.Controller | None = None
-        self.tally = Tally(follower.robot)
+        self.tally = tally.Tally(follower.robot)
         self.stopped: str | None = None
 
     def fork(self) -> _Moment:
@@ -110,7 +108,7 @@ class _Moment:
         runs = self.follower.runs
         self.follower.take(entry)
         if self.follower.runs > runs:
-            self.tally = Tally(self.follower.robot)
+            self.tally = tally.Tally(self.follower.robot)
             self.stopped = None
             if entry.number == 1:  # which may leave the model itself
                 self.shown = self.follower.initial
@@ -159,7 +157,7 @@ class Recording:
                 self._departures[-1]["until"] = at
 
     @property
-    def answers(self) -> Answers:
+    def answers(self) -> server.Answers:
         return {
             "/moment": self.moment,
             "/overview": self.overview,
@@ -192,7 +190,7 @@ class Recording:
             case {"text": str(text)}:
                 wanted = text.lower()
             case _:
-                raise Unable("there is no text to search for")
+                raise server.Unable("there is no text to search for")
         return {"hits": [place for place, t in enumerate(self._texts, 1) if wanted in t]}
 
     def events(self, document: Any) -> Json:
@@ -201,7 +199,7 @@ class Recording:
             case {"places": [*places]} if len(places) <= _SHOWN and all(map(self._has, places)):
                 return {"events": [self._entries[place - 1].document for place in places]}
             case _:
-                raise Unable(f"the log has events 1 to {len(self._entries)}")
+                raise server.Unable(f"the log has events 1 to {len(self._entries)}")
 
     @property
     def documents(self) -> list[Json]:
@@ -229,7 +227,7 @@ class Recording:
             case {"at": int(at)} if self._has(at):
                 pass
             case _:
-                raise Unable(f"the log has events 1 to {len(self._entries)}")
+                raise server.Unable(f"the log has events 1 to {len(self._entries)}")
         moment = self._moments[(at - 1) // _STRIDE].fork()
         for entry in self._entries[(at - 1) // _STRIDE * _STRIDE : at]:
             moment.take(entry)

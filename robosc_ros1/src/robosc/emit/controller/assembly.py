@@ -22,29 +22,25 @@ from robosc.emit.controller import (
 )
 from robosc.emit.controller.attribute_names import attributes_of, counting_entries, word_of
 from robosc.emit.controller.naming import PythonNames, place
-from robosc.emit.controller.python import Attributes
 from robosc.emit.controller.python_literals import literal
 from robosc.emit.controller.template_data import LastingView
-from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.package import config, rendering
 from robosc.expr import traversal, tree, types
 from robosc.language import events, functions
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
-from robosc.model.entities import Communication, Robot
-from robosc.model.stages import told_stages
+from robosc.model import entities, stages
 from robosc.names import snake_case
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.conjuncts import conjuncts
 from robosc.plant.part_names import NamedExpr
-from robosc.runtime.core.model import Communication as Declared
-from robosc.runtime.core.model import Parameter
+from robosc.runtime.core import model
 from robosc.supervisor import Guard, Supervisor
 
 # Conditions that must have held for some time, as a controller follows them.
 
 
-def lasting_views(robot: Robot, attributes: Attributes) -> tuple[LastingView, ...]:
+def lasting_views(robot: entities.Robot, attributes: python.Attributes) -> tuple[LastingView, ...]:
     """The lasting conditions of a robot, in model order."""
     return tuple(
         LastingView(
@@ -101,7 +97,7 @@ def bound_of_steps(supervisor: Supervisor) -> int:
     return max(1, min(combinations, supervisor.controlled_states or combinations, limits.STEPS))
 
 
-def parameter_row(parameter: Parameter) -> str:
+def parameter_row(parameter: model.Parameter) -> str:
     """The entry of a parameter in the table, as arguments."""
     parts = [literal(parameter.name), literal(parameter.type), literal(parameter.default)]
     parts.append(literal(parameter.meaning))
@@ -139,7 +135,7 @@ PHASES = {
 """What it means that a communication is in a phase."""
 
 
-def described(kind: EventKind, communication: Communication) -> str:
+def described(kind: EventKind, communication: entities.Communication) -> str:
     """Return what an event is: ``response of the service call``."""
     if kind is EventKind.CANCELLED:
         return f"end of the cancelled action {communication.name}"
@@ -185,7 +181,7 @@ class _Builder:
         return word_of(key, self.robot)
 
     def build(self, robot_file: str) -> template_data.ControllerContext:
-        guards = {g.event.identity: g for g in whole_guards(self.supervisor)}
+        guards = {g.event.identity: g for g in guard_methods.whole_guards(self.supervisor)}
         inputs = []
         commands = []
         taus = []
@@ -204,7 +200,7 @@ class _Builder:
             source=robot_file,
             class_name=self.class_name,
             step_bound=bound_of_steps(self.supervisor),
-            stages=told_stages(self.robot),
+            stages=stages.told_stages(self.robot),
             enums=tuple(messages.enum_view(e, self.attributes) for e in self.enums),
             components=tuple(self._components()),
             phases=tuple(self._phase_views()),
@@ -241,7 +237,7 @@ class _Builder:
 
     # --- what there is -----------------------------------------------------------------------
 
-    def _row(self, declared: Declared) -> str:
+    def _row(self, declared: model.Communication) -> str:
         """The entry of a communication in the table, as arguments."""
         parts = [python.literal(part) for part in (declared.key, declared.name, declared.sort)]
         phases = self.robot.communications[declared.key].phases

@@ -26,8 +26,7 @@ from robosc.emit.export.cif_names import CifScope, CifVariable
 from robosc.expr.tree import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.language.events import EventKind
 from robosc.model.entities import Requirement
-from robosc.plant import partial_evaluation, step
-from robosc.plant.acceptance import acceptance_of, components_of, phase_of
+from robosc.plant import acceptance, partial_evaluation, step
 from robosc.plant.automaton import (
     ASSUMPTIONS,
     Edge,
@@ -277,7 +276,7 @@ class _Writer:
                 for source in (str(variable.values[n]) for n in step.sources):
                     goto = "" if source == target else f" goto {target}"
                     locations[source].append(f"edge {occurrence.name}{goto};")
-            accepts = acceptance_of(occurrence.event)
+            accepts = acceptance.acceptance_of(occurrence.event)
             if accepts is not None and accepts.variable == index:
                 # An event without an edge here would be possible always.
                 for number, lines in enumerate(locations.values()):
@@ -372,7 +371,7 @@ class _Writer:
             text
             for occurrence in self.occurrences
             if not occurrence.event.controllable
-            for automaton in components_of(occurrence.event)
+            for automaton in acceptance.components_of(occurrence.event)
             for text in self._overflows(occurrence, automaton)
         ]
         if found:
@@ -385,7 +384,7 @@ class _Writer:
     def _overflows(self, occurrence: CifEvent, automaton: LocalAutomaton) -> Iterator[str]:
         places = self.plant.variables[automaton.variable].values
         here = []
-        phase = phase_of(occurrence.event)
+        phase = acceptance.phase_of(occurrence.event)
         if phase is not None:
             values = self.plant.variables[phase.variable].values
             if len(phase.sources) < len(values):

@@ -7,9 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from robosc.emit.controller import guard_methods, python
 from robosc.emit.controller.naming import file_of, place
-from robosc.emit.controller.python import duration
-from robosc.emit.controller.whole_guards import whole_guards
 from robosc.emit.export.pictured_transitions import pictured
 from robosc.emit.package.config import Config, declared_communications, declared_parameters
 from robosc.language.events import Kind
@@ -185,7 +184,7 @@ def readme_context(
 def _guards(supervisor: Supervisor) -> list[GuardView]:
     robot = supervisor.plant.robot
     views = []
-    for guard in whole_guards(supervisor):
+    for guard in guard_methods.whole_guards(supervisor):
         event = guard.event
         name = event_text(event) if event.kind.of_component else f"{event.name} {event.kind.word}"
         texts = tuple(
@@ -226,6 +225,6 @@ def _label(transition: automata.Transition, robot: entities.Robot) -> str:
         guarded = " [guarded]" if transition.guard is not None else ""
         return f"{transition.event.word} {name}{guarded}"
     if transition.delay is not None:
-        delay = duration(transition.delay)
+        delay = python.duration(transition.delay)
         return f"after {delay if isinstance(delay, str) else f'{delay:g} s'}"
     return "transition" + (" [guarded]" if transition.guard is not None else "")

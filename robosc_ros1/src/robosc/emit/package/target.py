@@ -12,7 +12,7 @@ from typing import Any
 from robosc import __version__, resources
 from robosc.emit.controller import assembly, naming, template_data
 from robosc.emit.controller.python_literals import assignment, literal
-from robosc.emit.package import package_context, robot_tables
+from robosc.emit.package import package_context
 from robosc.emit.package.config import Config
 from robosc.emit.package.model_document import model_document
 from robosc.emit.package.package import (
@@ -29,11 +29,89 @@ from robosc.emit.package.readme import ParameterView, readme_context
 from robosc.emit.package.rendering import render
 from robosc.emit.supervisor import listening, meant_messages, supervisor_package
 from robosc.emit.write.line_breaks import break_long_lines
-from robosc.language.events import Kind
+from robosc.expr.tree import ReasonRef
+from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
+from robosc.plant.event_values import values_read
 from robosc.runtime.core import settings, shapes
 from robosc.supervisor import Supervisor
+
+# What the test of a controller's package knows of the robot that it plays.
+
+
+USUAL = {
+    "event_log": "",
+    "exit_on_stop": False,
+    "on_mismatch": "ignore",
+    "order": "rotate",
+    "server_lost_after": 1e5,
+    "state_rate": 200.0,
+    "stop_command": "",
+    "whole_values": True,
+}
+"""The parameters of a node under test, but for those of the model and those that a script sets."""
+
+OF_MODE: dict[Mode, dict[str, Any]] = {
+    "controller": {},
+    "supervisor": {},
+    "monitor": {"tolerance": 0.0},
+}
+"""Those of one mode: what is sent one by one does not cross."""
+TOLD: dict[Mode, list[str]] = {
+    "controller": [],
+    "supervisor": ["~/blocked"],
+    "monitor": ["~/findings"],
+}
+"""The topics on which a node tells what it judges."""
+
+_FIELDS = {
+    EventKind.RESPONSE: "response_field",
+    EventKind.ERROR: "response_field",
+    EventKind.FEEDBACK: "feedback_field",
+    EventKind.REQUEST: "request_field",
+    EventKind.CALL: "request_field",
+    EventKind.ANSWER: "response_field",
+    EventKind.PROGRESS: "feedback_field",
+}
+"""The field of a value that is no object, by the event that brings it."""
+
+
+def communications_under_test(robot: Robot) -> dict[str, dict[str, Any]]:
+    """By name: the key of a communication, its kind, and by event the field of a plain value."""
+    return {
+        robot.display_names[c.key]: {"key": c.key, "kind": c.kind.value, "fields": _fields(c)}
+        for c in robot.communications.values()
+    }
+
+
+def read_when_failed(robot: Robot) -> list[str]:
+    """The keys of the actions of which the model reads the result of a goal that failed."""
+    found = []
+    for _, transition in robot.transitions:
+        read = values_read(transition.expressions).values()
+        if transition.event is EventKind.ERROR and not all(isinstance(v, ReasonRef) for v in read):
+            found.append(transition.communication)
+    return sorted(set(found))
+
+
+def _fields(communication: Communication) -> dict[str, str]:
+    found = {}
+    for sort in communication.sort.events:
+        field = getattr(communication.binding, _FIELDS.get(sort.kind, ""), None)
+        if field is not None:
+            found[sort.kind.word] = field
+    return found
+
+
+def commands_under_test(robot: Robot) -> list[tuple[str, str]]:
+    """Name and kind of each command."""
+    return [
+        (robot.display_names[c.key], sort.kind.word)
+        for c in robot.communications.values()
+        for sort in c.sort.events
+        if sort.kind.controllable
+    ]
 
 
 @dataclass(frozen=True)
@@ -203,13 +281,13 @@ def _robot_module(
     kept: dict[str, Any] = {p.name: "" for p in context.parameters if p.name == "persistent_file"}
     transformed = (key for keys in robot.transforms.values() for key in keys)
     kept |= {f"rate/{settings.parameter_name(names[key])}": 0.0 for key in transformed}
-    body += assignment("USUAL", {**robot_tables.USUAL, **robot_tables.OF_MODE[mode], **kept})
-    body += assignment("TOLD", robot_tables.TOLD[mode])
+    body += assignment("USUAL", {**USUAL, **OF_MODE[mode], **kept})
+    body += assignment("TOLD", TOLD[mode])
     body += assignment("MEANT", meant_messages.meant(robot) if mode != "controller" else {})
     body += assignment("MESSAGES", messages)
-    body += assignment("COMMUNICATIONS", robot_tables.communications_under_test(robot))
-    body += assignment("RESULTS", robot_tables.read_when_failed(robot))
-    body += assignment("COMMANDS", robot_tables.commands_under_test(robot))
+    body += assignment("COMMUNICATIONS", communications_under_test(robot))
+    body += assignment("RESULTS", read_when_failed(robot))
+    body += assignment("COMMANDS", commands_under_test(robot))
     return _data_module(
         context.source, "What the test uses of the package, and knows of the robot.", body
     )

@@ -161,10 +161,8 @@ def decides_on_reasons(robot: Robot) -> set[str]:
     """Return the keys of the actions of which the model reads why they failed."""
     read = (
         (transition.communication, expr)
-        for component in robot.components
-        for transition in component.transitions
-        for expr in (transition.guard, *(a.value for a in transition.assignments))
-        if expr is not None
+        for _, transition in robot.transitions
+        for expr in transition.expressions
     )
     return {key for key, expr in read if any(isinstance(p, ReasonRef) for p in walk(expr))}
 

@@ -3,7 +3,7 @@
 Files that robosc did not write, or that somebody changed since, are never replaced unless that is
 asked for, and folders not even then; files whose content does not change are not touched, so that
 nothing is built again. What the user is meant to edit stays: files in ``config/`` that were
-changed, and the lines of :mod:`robosc.emit.write.user_regions`. The new package is made complete
+changed, and the lines that they have put into regions for that. The new package is made complete
 beside the old one and takes its place in one step: whatever ends robosc meanwhile, the folder holds
 the one or the other.
 """
@@ -29,7 +29,37 @@ from pathlib import Path
 
 from robosc import errors, limits
 from robosc.emit.package.package import MARKER, File, Package
-from robosc.emit.write.user_regions import own_lines, text_of, with_own_lines
+
+# Regions of generated files that belong to the user and outlive the next generation.
+#
+# A region lies between two lines that say so, in whatever the file has for comments: dependencies
+# and nodes of the user's own go there.
+
+
+_REGION = re.compile(
+    r"(begin of your own lines\b[^\n]*\n)(.*?)(^[^\n]*\bend of your own lines\b)",
+    re.DOTALL | re.MULTILINE,
+)
+
+
+def own_lines(text: str) -> str:
+    """Return what stands in the region of a text; empty if nothing does, or without a region."""
+    found = _REGION.search(text)
+    return "" if found is None else found[2]
+
+
+def with_own_lines(text: str, lines: str) -> str:
+    """Return the text with these lines in its region; the same text if it has none."""
+    return _REGION.sub(lambda found: found[1] + lines + found[3], text, count=1)
+
+
+def text_of(path: Path) -> str:
+    """Return the content of a file; empty if there is no file, or no text in it."""
+    try:
+        return path.read_bytes().decode()
+    except (OSError, UnicodeDecodeError):
+        return ""
+
 
 # What robosc wrote into a package, so that it knows later what is still as it left it.  The
 # record is a file of the package. It has the layout of ``sha256sum``, so that ``sha256sum

@@ -11,9 +11,8 @@ from robosc.language.events import FOLDERS, Kind
 from robosc.language.keywords import Role, starts_of, words_of
 from robosc.language.operators import BINARY, symbols
 from robosc.lsp.analysis import Analysis, Workspace
-from robosc.lsp.chains import aggregate_variables
-from robosc.lsp.completion.context import Context
-from robosc.lsp.interfaces import offered_types
+from robosc.lsp.completion.context import Context, aggregate_variables
+from robosc.lsp.ros_definitions import offered_types
 from robosc.model.file_resolver import FileContents
 from robosc.model.names import tables, value_scope
 from robosc.names import copy_name
@@ -22,7 +21,7 @@ from robosc.syntax import nodes
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """``kind`` is one of :data:`~robosc.lsp.kinds.KINDS`.
+    """``kind`` is one of :data:`~robosc.lsp.outline.KINDS`.
 
     ``text`` is what is inserted if that is not the label. ``rank`` orders: what fits best is 0.
     Of one rank the smaller ``order`` comes first, then the alphabet decides.

@@ -16,7 +16,6 @@ from robosc.language.events import EventKind
 from robosc.language.keywords import NOTHING
 from robosc.language.reasons import REASONS
 from robosc.lsp.analysis import Workspace
-from robosc.lsp.chains import names_before
 from robosc.lsp.completion.candidates import (
     COMPARISONS,
     EVENTS,
@@ -27,14 +26,13 @@ from robosc.lsp.completion.candidates import (
     keywords,
     listed_events,
 )
-from robosc.lsp.completion.context import WITHIN
+from robosc.lsp.completion.context import WITHIN, names_before
 from robosc.lsp.completion.snippets import SNIPPETS
-from robosc.lsp.interfaces import model_type, offered_types
+from robosc.lsp.ros_definitions import model_type, offered_types
 from robosc.model.file_resolver import FileContents
 from robosc.model.names.tables import Instance
 from robosc.model.ros.interfaces import Definition, Missing
-from robosc.syntax.elements import expectations
-from robosc.syntax.grammar import block_of
+from robosc.syntax import elements, grammar
 
 # What can stand behind a dot.
 
@@ -198,15 +196,15 @@ class _Completer(MemberCandidates):
             yield from self.ros_types(self.context.word(-2), self.ros_folder())
         elif kind == "unknown" or (kind == "file" and self.context.words):
             return
-        elif (free := block_of(kind).items.free) is not None:
-            expected, whole = expectations(free.grammar, self.context.kinds)
+        elif (free := grammar.block_of(kind).items.free) is not None:
+            expected, whole = elements.expectations(free.grammar, self.context.kinds)
             yield from self._expected(expected)
             if whole is not None:
-                yield from self._expected(expectations(free.grammar, "")[0])
+                yield from self._expected(elements.expectations(free.grammar, "")[0])
         elif not self.context.head:
             yield from self._beginnings()
-        elif rule := block_of(kind).items.rules.get(self.context.head[0]):
-            expected, whole = expectations(rule.grammar, self.context.kinds)
+        elif rule := grammar.block_of(kind).items.rules.get(self.context.head[0]):
+            expected, whole = elements.expectations(rule.grammar, self.context.kinds)
             yield from self._expected(expected)
             if self.context.block.kind == "commands" and not expected:  # requirements in braces
                 yield from self.communications(_SENT)

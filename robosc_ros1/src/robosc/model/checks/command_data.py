@@ -68,37 +68,20 @@ def _met_where(
 def _component(
     component: entities.Component, of: Callable[[str], _CommandData]
 ) -> entities.Component:
-    behaviour = component.behaviour
-
-    def given(transitions: Iterable[automata.Transition]) -> tuple[automata.Transition, ...]:
+    def given(
+        _: str | None, transitions: Iterable[automata.Transition]
+    ) -> tuple[automata.Transition, ...]:
         found: list[automata.Transition] = []
         for transition in transitions:
             reads = transition.event.sent and any(
-                map(traversal.reads_value, _expressions(transition))
+                map(traversal.reads_value, transition.expressions)
             )
             key = command_key(transition.communication, transition.event)
             found += of(key).cases_of(transition) if reads else [transition]
         return tuple(found)
 
-    def outer(state: automata.CompositeState) -> automata.CompositeState:
-        return replace(state, transitions=given(state.transitions))
-
-    new = replace(
-        behaviour,
-        states=tuple(
-            replace(s, transitions=given(s.transitions), around=tuple(map(outer, s.around)))
-            for s in behaviour.states
-        ),
-        transitions=given(behaviour.transitions),
-        composites=tuple(map(outer, behaviour.composites)),
-    )
-    return component if new == behaviour else replace(component, behaviour=new)
-
-
-def _expressions(transition: automata.Transition) -> Iterator[tree.Expr]:
-    if transition.guard is not None:
-        yield transition.guard
-    yield from (assignment.value for assignment in transition.assignments)
+    new = component.behaviour.changed(given)
+    return component if new == component.behaviour else replace(component, behaviour=new)
 
 
 class _CommandData:

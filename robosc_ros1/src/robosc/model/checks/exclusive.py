@@ -8,8 +8,7 @@ from itertools import combinations, pairwise, product
 from math import prod
 from typing import TypeAlias
 
-from robosc import dotted, limits
-from robosc.errors import Note
+from robosc import dotted, errors, limits
 from robosc.expr import evaluation, traversal, tree, types
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
@@ -164,5 +163,5 @@ def _report(component: Component, first: Transition, second: Transition, report:
         f"the guards '{guards[0]}' and '{guards[1]}' of two transitions on"
         f" {name}.{second.event.value} of {component.name} can hold together",
         "make the guards exclude each other",
-        [Note("the other transition", first.span)],
+        [errors.Note("the other transition", first.span)],
     )

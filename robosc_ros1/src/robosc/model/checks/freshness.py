@@ -233,9 +233,7 @@ def _read_by_commands(robot: entities.Robot) -> dict[str, list[Expr]]:
     for provide in robot.provides:
         if not robot.commands[provide.communication].kind.restricted:
             continue  # nothing keeps an error from being sent
-        if provide.condition is not None:
-            found[provide.communication].append(provide.condition)
-        found[provide.communication] += entities.data_expressions(provide.data)
+        found[provide.communication] += provide.expressions
     return found
 
 

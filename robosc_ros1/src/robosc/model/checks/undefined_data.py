@@ -7,15 +7,73 @@ nothing: a laser scan that is empty or of which no ray brought a number.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from robosc.expr import traversal, tree, types
+from robosc.expr.types import ArrayType, EnumType, ObjectType, Type
 from robosc.language.events import EventKind, Kind
 from robosc.model.automata import Assignment, Transition
-from robosc.model.checks.indexes import Lengths, has_open_index
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Component, Robot, data_expressions
 from robosc.source import Source
+
+# The check of literal indexes into arrays of fixed length.
+
+
+Lengths = Mapping[tuple[ObjectType, str], tuple[int, str]]
+"""Array properties of fixed length: the number of elements, and the field as text."""
+
+
+def check_indexes(
+    components: Iterable[Component], enums: Iterable[EnumType], lengths: Lengths, report: Report
+) -> None:
+    """Report indexes past the end, in the rules of enums and in behaviours of this file."""
+    read = [(tree.condition_of(rule), enum.source) for enum in enums for rule in enum.rules]
+    carried = {c.key: c for component in components for c in component.communications}
+    read += [(c.expect, c.response) for c in carried.values() if c.expect is not None]
+    for component in components:
+        for transition in component.transitions if component.library is None else ():
+            if transition.communication in carried:
+                type_ = carried[transition.communication].value_type(transition.event)
+                read += [(expr, type_) for expr in transition.expressions]
+    for expr, type_ in read:
+        _check(expr, type_, lengths, report)
+
+
+def _check(expr: tree.Expr, type_: Type, lengths: Lengths, report: Report) -> None:
+    for part in traversal.walk(expr):
+        if not isinstance(part, tree.ValueRef) or part.span is None:
+            continue
+        for index, (length, field) in _fixed(part.path, type_, lengths):
+            if index >= length:
+                report.add(
+                    "field-index",
+                    part.span,
+                    f"{field} has {length} elements, so there is no [{index}]",
+                    f"the last one is [{length - 1}]",
+                )
+
+
+def has_open_index(path: tuple[str | int, ...], type_: Type, lengths: Lengths) -> bool:
+    """Whether a path leads to an element of an array that may be shorter."""
+    return sum(isinstance(step, int) for step in path) > len(list(_fixed(path, type_, lengths)))
+
+
+def _fixed(
+    path: tuple[str | int, ...], type_: Type | None, lengths: Lengths
+) -> Iterator[tuple[int, tuple[int, str]]]:
+    """The indexes on a path into arrays of fixed length, each with the entry of ``lengths``."""
+    array: tuple[ObjectType, str] | None = None
+    for step in path:
+        if isinstance(step, int):
+            if array is not None and array in lengths:
+                yield step, lengths[array]
+            array = None
+            type_ = type_.element if isinstance(type_, ArrayType) else None
+        elif isinstance(type_, ObjectType):
+            array = (type_, step)
+            type_ = type_.property(step)
+
 
 _UNDEFINED = object()
 """What an expression comes to that finds no data."""
@@ -51,7 +109,7 @@ def _check_provided(robot: Robot, lengths: Lengths, source: Source, report: Repo
 
     What a guard asks for elsewhere, as ``defined(x[next])``, is taken to be there.
     """
-    guards = (t.guard for c in robot.components for t in c.transitions if t.guard is not None)
+    guards = (taken.guard for _, taken in robot.transitions if taken.guard is not None)
     known = _variables(part for guard in guards for part in _asked_for(guard))
     for provide in robot.provides:
         command = robot.commands.get(provide.communication)
@@ -104,13 +162,11 @@ def _report(
 
 def _from_messages(robot: Robot) -> Iterator[tuple[Component, Transition]]:
     """The transitions on the responses of messages."""
-    for component in robot.components:
-        for transition in component.transitions:
-            message = robot.communications.get(transition.communication)
-            if message is None or message.kind is not Kind.OUTGOING:
-                continue
-            if transition.event is EventKind.RESPONSE:
-                yield component, transition
+    for component, transition in robot.transitions:
+        message = robot.communications.get(transition.communication)
+        is_message = message is not None and message.kind is Kind.OUTGOING
+        if is_message and transition.event is EventKind.RESPONSE:
+            yield component, transition
 
 
 def _asks_for_data(condition: tree.Expr) -> bool:
@@ -134,15 +190,13 @@ def _needed(robot: Robot) -> set[str]:
     """The keys of variables on which commands depend, directly or through other variables."""
     read = [requirement.condition for requirement in robot.requirements]
     sources: dict[str, list[tree.Expr]] = {}
-    for component in robot.components:
-        for transition in component.transitions:
-            read += [] if transition.guard is None else [transition.guard]
-            for assignment in transition.assignments:
-                key = f"{component.name}.{assignment.variable}"
-                sources.setdefault(key, []).append(assignment.value)
+    for component, transition in robot.transitions:
+        read += [] if transition.guard is None else [transition.guard]
+        for assignment in transition.assignments:
+            key = f"{component.name}.{assignment.variable}"
+            sources.setdefault(key, []).append(assignment.value)
     for provide in robot.provides:
-        read += [] if provide.condition is None else [provide.condition]
-        read += data_expressions(provide.data)
+        read += provide.expressions
     needed: set[str] = set()
     work = _variables(read)
     while work:
@@ -176,10 +230,9 @@ def _conditions_of_commands(robot: Robot) -> Iterator[tuple[tree.Expr, bool]]:
     """What commands depend on, each with what it must come to."""
     for requirement in robot.requirements:
         yield requirement.condition, not requirement.forbids
-    for component in robot.components:
-        for transition in component.transitions:
-            if transition.event in _DECIDED and transition.guard is not None:
-                yield transition.guard, True
+    for _, transition in robot.transitions:
+        if transition.event in _DECIDED and transition.guard is not None:
+            yield transition.guard, True
     yield from ((p.condition, True) for p in robot.provides if p.condition is not None)
 
 

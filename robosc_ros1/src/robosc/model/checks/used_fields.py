@@ -34,9 +34,7 @@ class Usage:
 
         sorts = {key: c.sort for key, c in robot.communications.items()}
         for provide in robot.provides:
-            exprs = entities.data_expressions(provide.data)
-            conditions = () if provide.condition is None else (provide.condition,)
-            asked = (path for expr in (*exprs, *conditions) for path in _read(expr))
+            asked = (path for expr in provide.expressions for path in _read(expr))
             self._add(*sent(provide.communication), (*_sent(provide.data), *asked))
         for requirement in robot.requirements:
             for key in requirement.communications if requirement.on_data else ():
@@ -52,14 +50,11 @@ class Usage:
                     self._add(communication.key, direction, converted)
                 if communication.expect is not None:
                     self._add(communication.key, "response", _read(communication.expect))
-            for transition in component.transitions:
-                sort = sorts.get(transition.communication)
-                event = None if sort is None else sort.event(transition.event)
-                if event is None or event.brings is None:
-                    continue
-                read = [assignment.value for assignment in transition.assignments]
-                read += [] if transition.guard is None else [transition.guard]
-                paths = (path for expr in read for path in _read(expr))
+        for _, transition in robot.transitions:
+            sort = sorts.get(transition.communication)
+            event = None if sort is None else sort.event(transition.event)
+            if event is not None and event.brings is not None:
+                paths = (path for expr in transition.expressions for path in _read(expr))
                 self._add(transition.communication, event.brings, paths)
 
     def _add(self, key: str, direction: Direction, paths: Iterable[Path]) -> None:

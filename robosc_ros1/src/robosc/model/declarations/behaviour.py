@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from robosc.expr.evaluation import constant
 from robosc.expr.types import ArrayType, DoubleType, EnumType, ObjectType, Type, Value, domain
 from robosc.model import automata
-from robosc.model.checks import behaviour_rules, check_reachable
+from robosc.model.checks import behaviour_rules
 from robosc.model.declarations.performing import (
     Performing,
     PerformingResolver,
@@ -225,4 +225,4 @@ class BehaviourResolver:
         )
         if sound and self._is_sound and self._transitions.is_sound:
             start = [s.name for s in behaviour.states if s.initial]
-            check_reachable.check_reach(self._instance, behaviour, start, self._report)
+            behaviour_rules.check_reach(self._instance, behaviour, start, self._report)

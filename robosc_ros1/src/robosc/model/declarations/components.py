@@ -11,13 +11,12 @@ from dataclasses import replace
 from typing import TypeVar
 
 from robosc.errors import Note
-from robosc.expr import tree, undefined_data
-from robosc.expr.evaluation import constant
+from robosc.expr import evaluation, tree, undefined_data
 from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication
-from robosc.model.names.data_directions import kind_of, types_of
+from robosc.model.names.occurrences import kind_of, types_of
 from robosc.model.names.tables import (
     CommunicationInfo,
     ComponentTable,
@@ -63,7 +62,7 @@ def _holds(node: StateNode, instance: Instance, report: Report) -> bool:
     assert node.when is not None
     typer = Typer(report, instance.types, None, no_value("where a state is initial has no 'value'"))
     found = typer.check(node.when, BOOLEAN, "where a state is initial")
-    value = None if found is None else constant(found)
+    value = None if found is None else evaluation.constant(found)
     if found is not None and value is None:
         report.add(
             "initial-not-constant",

@@ -22,8 +22,7 @@ from robosc.model.typing.durations import DURATION, is_long_enough
 from robosc.model.typing.expected import BOOLEAN
 from robosc.model.typing.expressions import Typer
 from robosc.model.typing.value_word import no_value
-from robosc.runtime.core.settings import LEAST_PARAMETER, MOST_PARAMETER
-from robosc.runtime.core.values import NOW
+from robosc.runtime.core import settings, values
 from robosc.syntax import leaves, nodes
 
 
@@ -180,13 +179,14 @@ def _can_be_given(default: Literal, what: str, span: source.Span, report: Report
     value = default.value
     if isinstance(default.type, DurationType):
         return is_long_enough(default, what, span, report)
-    if type(value) is not int or LEAST_PARAMETER <= value <= MOST_PARAMETER:
+    if type(value) is not int or settings.LEAST_PARAMETER <= value <= settings.MOST_PARAMETER:
         return True
     report.add(
         "out-of-range",
         span,
         f"{value} is outside the range of {what}",
-        f"an integer that is a parameter in ROS takes {LEAST_PARAMETER} to {MOST_PARAMETER}",
+        f"an integer that is a parameter in ROS takes {settings.LEAST_PARAMETER} to"
+        f" {settings.MOST_PARAMETER}",
     )
     return False
 
@@ -220,7 +220,7 @@ def _value(data: Data, type_: Type, what: str, span: source.Span, report: Report
             return _value(_as_data(made, type_, data.span or span), type_, what, span, report)
     assert not isinstance(data, DataObject | DataArray)
     value = constant(data)
-    if value is None or value is NOW:
+    if value is None or value is values.NOW:
         message = f"the value of {what} must be a finite constant"
         report.add("initial-not-constant", data.span or span, message)
         return None

@@ -11,12 +11,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from robosc import dotted, errors, source
-from robosc.errors import Note
-from robosc.expr import quantified, tree
+from robosc.expr import quantified, tree, undefined_data
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
-from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind, Kind
 from robosc.model import automata
 from robosc.model.automata import Transition
@@ -190,7 +188,7 @@ class Performing:
                 found += (_together(own, other) for other in performed)
             if own.guard is None:
                 return found
-            before.append(known_condition(own.guard))
+            before.append(undefined_data.known_condition(own.guard))
         rest = [_opposite(condition) for condition in before]
         for other in performed:
             guards = [*rest, *(() if other.guard is None else (other.guard,))]
@@ -251,23 +249,9 @@ def with_counts(behaviour: automata.Behaviour, counts: Sequence[Retries]) -> aut
         zeros = tuple(c.zero(taken.span) for c in counts if c.begins_anew(place, taken))
         return replace(taken, assignments=(*taken.assignments, *zeros)) if zeros else taken
 
-    def outer(place: automata.CompositeState) -> automata.CompositeState:
-        return replace(place, transitions=tuple(of(place.name, t) for t in place.transitions))
-
-    def state(place: automata.State) -> automata.State:
-        return replace(
-            place,
-            transitions=tuple(of(place.name, t) for t in place.transitions),
-            around=tuple(map(outer, place.around)),
-        )
-
-    return replace(
-        behaviour,
-        variables=(*behaviour.variables, *(count.variable for count in counts)),
-        states=tuple(map(state, behaviour.states)),
-        transitions=tuple(of(None, t) for t in behaviour.transitions),
-        composites=tuple(map(outer, behaviour.composites)),
-    )
+    changed = behaviour.changed(lambda place, found: tuple(of(place, taken) for taken in found))
+    variables = (*behaviour.variables, *(count.variable for count in counts))
+    return replace(changed, variables=variables)
 
 
 # --- where it is performed ------------------------------------------------------------------------
@@ -448,7 +432,7 @@ class PerformingResolver:
         for kind in command.events:
             spans.setdefault((node.span.start, kind), node.communication.span)
         for other in retries[1:]:
-            note = Note("the first one is here", retries[0].span)
+            note = errors.Note("the first one is here", retries[0].span)
             self._misplaced(other, f"state '{path}' has a 'retry' already", "join them", [note])
         if retries:
             self._retry(performing, retries[0])
@@ -533,7 +517,7 @@ class PerformingResolver:
         return self._transitions.waits(node.every, "'every'", taken)
 
     def _misplaced(
-        self, node: nodes.RetryNode, message: str, hint: str, notes: Sequence[Note] = ()
+        self, node: nodes.RetryNode, message: str, hint: str, notes: Sequence[errors.Note] = ()
     ) -> None:
         self._report.add("misplaced-retry", node.span, message, hint, notes)
 

@@ -82,10 +82,8 @@ def _assigned_in_place(robot: entities.Robot) -> Iterator[tuple[entities.Compone
 
 
 def _assignments(robot: entities.Robot) -> Iterator[tuple[entities.Component, Assignment]]:
-    for component in robot.components:
-        for transition in component.transitions:
-            for assignment in transition.assignments:
-                yield component, assignment
+    for component, transition in robot.transitions:
+        yield from ((component, assignment) for assignment in transition.assignments)
 
 
 def _check_finite(assignment: Assignment, report: diagnostics.Report) -> None:

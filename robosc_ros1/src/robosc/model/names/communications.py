@@ -12,7 +12,6 @@ from robosc.model.diagnostics import Report
 from robosc.model.names import tables
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, SymbolTable
-from robosc.source import Span
 from robosc.syntax.nodes import Access, ExceptNode, Group, Name
 
 _SENT = "what the controller publishes is incoming: incoming message {}"
@@ -233,7 +232,7 @@ class GroupResolver:
         ``named`` resolves the name of one of them.
         """
         resolved: _Members = {}
-        own_names: dict[str, Span] = {}
+        own_names: dict[str, source.Span] = {}
         whole = True
         for item in group:
             if isinstance(item, ExceptNode):

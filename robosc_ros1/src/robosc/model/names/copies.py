@@ -20,7 +20,6 @@ from robosc import limits, source
 from robosc.language import functions, operators
 from robosc.model.diagnostics import Report
 from robosc.names import Copy, copy_name
-from robosc.source import Span
 from robosc.syntax import nodes
 
 # The meaning of names in one copy of a component, or of the statements of a ``for``.
@@ -239,7 +238,7 @@ class _Writer:
         if isinstance(node, tuple):
             parts = tuple(self.node(part, scope) for part in node)
             return parts if any(a is not b for a, b in zip(parts, node, strict=True)) else node
-        if not is_dataclass(node) or isinstance(node, Span | nodes.Name):
+        if not is_dataclass(node) or isinstance(node, source.Span | nodes.Name):
             return node
         words = self._words_of(node)
         meanings = scope.meanings(words)

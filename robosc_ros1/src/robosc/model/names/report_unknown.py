@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosc.errors import listing
+from robosc import errors, source
 from robosc.expr.tree import Expr, Literal, ParameterRef, StateRef, VariableRef
 from robosc.expr.types import EnumType, Type
 from robosc.language.events import ACTIVE
@@ -12,7 +12,6 @@ from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names import tables
 from robosc.remedies import Change, Hint, Remedy, meant, write, write_one
-from robosc.source import Span
 from robosc.syntax.nodes import Access, Name
 
 _MEANINGS = ("component", "enum", "state", "variable")
@@ -74,7 +73,7 @@ class NameFaults:
         """Report what is unknown of two names that are compared, given their meanings."""
         component = self._symbols.component(left.root.text) if self._symbols else None
         if component is not None and not left.path and right.root.text in component.states:
-            whole = Span(left.span.source, left.span.start, right.span.end)
+            whole = source.Span(left.span.source, left.span.start, right.span.end)
             state = f"{left.root.text}.{right.root.text}"
             hint = write(f"!{state}" if "!=" in whole.text else state)
             message = f"'{left.root.text}' is a component and has no value of its own"
@@ -141,7 +140,7 @@ class NameFaults:
             hint = Remedy(text, Change.ADD_TIMEOUT, (info.name, timeout))
         elif info.phases is not None and last_name(access) in (*ACTIVE, "idle"):
             message = f"'{info.name}' is never {last_name(access)}"
-            hint = f"it is {listing(info.phases.names, 'or')}"
+            hint = f"it is {errors.listing(info.phases.names, 'or')}"
         elif info.phases is not None and not info.sort.phases_with_timeout:
             hint = write_one([f"{info.name}.{phase}" for phase in info.phases.names])
         self._report.add("unknown-name", access.span, message, hint)

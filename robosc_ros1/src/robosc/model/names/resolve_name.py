@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
-from robosc import dotted
+from robosc import dotted, source
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import (
     REASON,
@@ -26,7 +26,6 @@ from robosc.model.names.occurrences import Declaration, Symbol, SymbolKind
 from robosc.model.names.report_unknown import NameFaults, last_name
 from robosc.model.names.tables import RETRIES, CommunicationInfo, Instance, SymbolTable
 from robosc.model.names.value_scope import ValueScope
-from robosc.source import Span
 from robosc.syntax.nodes import Access, BinaryNode, FunctionNode, Name, StateNode, ValueNode
 
 _WHOLE = (ArrayType, ObjectType)
@@ -38,7 +37,7 @@ class RosConstant(NamedTuple):
     package: Name
     type: Name
     name: Name
-    span: Span
+    span: source.Span
 
 
 class Meanings:
@@ -276,7 +275,7 @@ class Meanings:
         packages = self._types.type_declarations.ros.definitions.packages
         return packages.find(name.text) is not None
 
-    def _members(self, component: Instance, name: str, span: Span) -> list[Expr] | None:
+    def _members(self, component: Instance, name: str, span: source.Span) -> list[Expr] | None:
         """The variable and the state of a name; None if the variable's type has an error."""
         meanings: list[Expr] = []
         if name in component.variables:
@@ -287,7 +286,7 @@ class Meanings:
         state = component.state(name)
         return meanings if state is None else [*meanings, self._in_state(component, state, span)]
 
-    def _in_state(self, component: Instance, path: str, span: Span) -> Expr:
+    def _in_state(self, component: Instance, path: str, span: source.Span) -> Expr:
         """The condition that a component is in a state, or in one of those in it."""
         leaves = tuple(component.leaves(path))
         condition = StateRef(component.name, path, span, () if leaves == (path,) else leaves)

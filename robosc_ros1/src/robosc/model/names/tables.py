@@ -23,7 +23,7 @@ from robosc.language.events import (
 )
 from robosc.model import diagnostics, entities
 from robosc.model.declarations.datatypes import TypeTable
-from robosc.model.names.data_directions import types_of
+from robosc.model.names.occurrences import types_of
 from robosc.runtime.core.places import DUE
 from robosc.syntax import nodes
 

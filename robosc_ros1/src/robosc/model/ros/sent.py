@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosc.expr import types
-from robosc.expr.evaluation import constant
+from robosc.expr import evaluation, types
 from robosc.expr.tree import Expr, ParameterRef, VariableRef
 from robosc.expr.types import IntegerType
 from robosc.model import diagnostics, entities
@@ -158,7 +157,7 @@ class SentData:
 
     def _number(self, expr: Expr, field: FieldType, name: str) -> None:
         bounds: tuple[int, int] | None = None
-        value = constant(expr)
+        value = evaluation.constant(expr)
         if type(value) is int:
             bounds = (value, value)
         elif isinstance(expr, VariableRef | ParameterRef) and isinstance(expr.type, IntegerType):

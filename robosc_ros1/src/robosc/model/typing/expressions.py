@@ -22,8 +22,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from robosc.expr import evaluation, tree, types
-from robosc.expr.evaluation import part_of_value
+from robosc.expr import evaluation, tree, types, undefined_data
 from robosc.expr.traversal import part_of, path_text
 from robosc.expr.tree import Binary, ElementRef, Expr, Literal, Unary, ValueRef
 from robosc.expr.types import (
@@ -37,9 +36,7 @@ from robosc.expr.types import (
     ObjectType,
     Type,
 )
-from robosc.expr.undefined_data import otherwise
 from robosc.language import operators
-from robosc.language.operators import BINARY
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names import report_unknown, resolve_name, tables
@@ -158,7 +155,7 @@ class Parts:
     def _of_constant(self, whole: Literal, rest: Access, type_: Type) -> Literal | None:
         path = path_of(rest)
         try:
-            return Literal(part_of_value(whole.value, path), type_, rest.span)
+            return Literal(evaluation.part_of_value(whole.value, path), type_, rest.span)
         except (Undefined, KeyError):
             message = f"the constant has no value for '{path_text(path)}'"
             self.report.add("unknown-member", rest.span, message)
@@ -204,10 +201,10 @@ def decided(comparison: tree.Binary) -> tree.Expr:
 
 def _of_three(node: ExprNode, place: str) -> str | None:
     """The hint for ``a < x < b``, if a node is a comparison that is compared; else None."""
-    orders = {f"'{o.spelling}'": o.spelling for o in BINARY.values() if o.is_comparison}
+    orders = {f"'{o.spelling}'": o.spelling for o in operators.BINARY.values() if o.is_comparison}
     if place not in orders or not isinstance(node, BinaryNode):
         return None
-    if not BINARY[node.operator].is_comparison:
+    if not operators.BINARY[node.operator].is_comparison:
         return None
     middle = node.right.span.text
     return f"write {node.span.text} and {middle} {orders[place]} …"
@@ -422,7 +419,7 @@ class Typer:
             return None
         right = compatibility.coerce(right, left.type)
         if isinstance(left.type, BooleanType):
-            return otherwise(left, right, node.span)
+            return undefined_data.otherwise(left, right, node.span)
         if isinstance(left.type, DoubleType) != isinstance(right.type, DoubleType):
             expected = ExpectedType("a double", lambda _: False)
             self._mismatch(node.right, right.type, expected, "'else', as what is before it,")

@@ -26,7 +26,6 @@ from robosc.model.diagnostics import Report
 from robosc.model.names.value_scope import ValueScope
 from robosc.model.typing.compatibility import coerce, comparable, describe, result_type
 from robosc.model.typing.expected import ANY, ExpectedType, equal_to, expected_type, needs_of
-from robosc.source import Span
 from robosc.syntax import nodes
 from robosc.syntax.nodes import CallNode, ExprNode
 
@@ -97,7 +96,7 @@ def _missing(expr: tree.Expr, fields: Sequence[str]) -> str | None:
     return next((field for field in fields if field not in value), None)
 
 
-def _part(whole: tree.Expr, field: str, span: Span) -> tree.Expr:
+def _part(whole: tree.Expr, field: str, span: source.Span) -> tree.Expr:
     assert isinstance(whole.type, ObjectType)
     type_ = whole.type.property(field)
     assert type_ is not None

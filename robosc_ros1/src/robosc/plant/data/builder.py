@@ -16,7 +16,6 @@ from robosc.plant import logic, model_text, precedence
 from robosc.plant.assumptions import Restrictions, conditions_of_states
 from robosc.plant.data import disjoint_sets, terms, view
 from robosc.plant.data.classes import Classes, Comparison
-from robosc.plant.data.terms import reads_parameters
 from robosc.plant.lasting import resets
 
 # The reasons, as text for users, why the plant does not know the outcome of a test of data.
@@ -32,7 +31,7 @@ def why_free(term: tree.TestRef | tree.ChoiceRef) -> str:
     test = term.test if isinstance(term, tree.ChoiceRef) else term
     assert test is not None, "a choice without a test has its own reason"
     parts = [part for side in test.sides for part in traversal.walk(side)]
-    if any(map(reads_parameters, test.sides)):
+    if any(map(terms.reads_parameters, test.sides)):
         return "it reads a parameter"
     if any(isinstance(part, tree.Aggregate) for part in parts):
         return "it goes through the elements of an array"

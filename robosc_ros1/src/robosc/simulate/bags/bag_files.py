@@ -16,19 +16,15 @@ import yaml
 
 from robosc.errors import UsageError
 from robosc.progress import Progress
-from robosc.simulate.bags.bag_storage import BagStorage
-from robosc.simulate.bags.mcap_file import McapFile
-from robosc.simulate.bags.recorded_messages import MessageTypes, stored
-from robosc.simulate.bags.ros1_file import Ros1File
+from robosc.simulate.bags import bag_storage, mcap_file, recorded_messages, ros1_file, sqlite_file
 from robosc.simulate.bags.selected_fields import Path as FieldPath
-from robosc.simulate.bags.sqlite_file import SqliteFile
 from robosc.simulate.bags.storage import Channel, Damaged, Storage, unpack, unpacked_file
 
 BEGINNINGS = {".bag": b"#ROSBAG V2", ".mcap": b"\x89MCAP", ".db3": b"SQLite format 3"}
 """How files begin."""
 SUFFIXES = frozenset(BEGINNINGS)
 _READERS: dict[str, Callable[[Path], Storage]] = {
-    ".bag": Ros1File, ".mcap": McapFile, ".db3": SqliteFile,
+    ".bag": ros1_file.Ros1File, ".mcap": mcap_file.McapFile, ".db3": sqlite_file.SqliteFile,
 }  # fmt: skip
 _PACKED = ".zstd"
 _ACTIVE = ".active"
@@ -59,7 +55,7 @@ class Bag:
     Times are in seconds since 1970, as the recorder had them; where its clock jumped, they go on.
     """
 
-    def __init__(self, path: Path, storage: BagStorage) -> None:
+    def __init__(self, path: Path, storage: bag_storage.BagStorage) -> None:
         self.path = path
         self.storage = storage
         self.ros_1 = storage.ros_1
@@ -73,11 +69,11 @@ class Bag:
             types = self.types.setdefault(channel.topic, [])
             # One without messages counts only where no other has any.
             if storage.counts[number] or not self.counts[channel.topic]:
-                types += [t for t in [stored(channel.type)] if t not in types]
+                types += [t for t in [recorded_messages.stored(channel.type)] if t not in types]
                 self._numbers[channel.topic].append(number)
         self.topics = {topic: types[-1] for topic, types in self.types.items()}
         self.start, self.end = storage.span
-        self._types: dict[Channel, MessageTypes] = {}
+        self._types: dict[Channel, recorded_messages.MessageTypes] = {}
 
     def messages(
         self,
@@ -121,11 +117,11 @@ class Bag:
         types = next(t for t in self._types.values() if t.name == message.__msgtype__)
         return types.arrived(message, data)
 
-    def _types_of(self, channel: Channel) -> MessageTypes:
+    def _types_of(self, channel: Channel) -> recorded_messages.MessageTypes:
         """Each channel has its own: others may have other definitions of its types."""
         if channel not in self._types:
             with _reading(self.path):
-                self._types[channel] = MessageTypes(channel)
+                self._types[channel] = recorded_messages.MessageTypes(channel)
         return self._types[channel]
 
 
@@ -175,12 +171,12 @@ def _first_line(error: Exception) -> str:
     return str(error).partition("\n")[0].rstrip(".:")
 
 
-def _opened(path: Path, stack: ExitStack) -> BagStorage:
+def _opened(path: Path, stack: ExitStack) -> bag_storage.BagStorage:
     if not path.exists():
         raise UsageError(f"cannot read {path}: there is no such file")
     if path.is_dir():
         return _folder(path, stack)
-    return BagStorage([(path.name, _storage(path, stack))], {})
+    return bag_storage.BagStorage([(path.name, _storage(path, stack))], {})
 
 
 def _storage(path: Path, stack: ExitStack, *, packed: bool = False) -> Storage:
@@ -230,7 +226,7 @@ def _demand_format(path: Path, suffix: str) -> None:
     raise UsageError(f"{path} is no file of the format {suffix}: {what}")
 
 
-def _folder(folder: Path, stack: ExitStack) -> BagStorage:
+def _folder(folder: Path, stack: ExitStack) -> bag_storage.BagStorage:
     """The recording in the folder of a bag of ROS 2; what its metadata.yaml does not tell, its
     files do."""
     notes, missing = [], []
@@ -258,7 +254,7 @@ def _folder(folder: Path, stack: ExitStack) -> BagStorage:
     packed = str(description.get("compression_mode") or "").lower() == "message"
     files = [(name, _storage(folder / name, stack, packed=packed)) for name in there]
     promised = {} if absent else _promised(description)
-    return BagStorage(files, promised, notes=notes, missing=missing)
+    return bag_storage.BagStorage(files, promised, notes=notes, missing=missing)
 
 
 def _promised(description: dict[str, Any]) -> dict[str, int]:

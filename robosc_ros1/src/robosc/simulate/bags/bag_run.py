@@ -6,8 +6,8 @@ The monitor judges as a generated supervisor does. Its clock is that of the reco
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import takewhile
@@ -22,33 +22,94 @@ from robosc.model.declarations.servers import shared_servers
 from robosc.model.entities import Communication, Robot
 from robosc.plant.event_values import parts_taken
 from robosc.progress import Progress
-from robosc.runtime.core import transforms
+from robosc.runtime.core import engine_parts, transforms
 from robosc.runtime.core.engine import Engine
-from robosc.runtime.core.engine_parts import BoundInput
 from robosc.runtime.core.recorder import Entry
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.values import UNREADABLE, Mismatch
-from robosc.runtime.judge import observation
-from robosc.runtime.judge.gathering import ArrivalTime, Lateness
-from robosc.runtime.judge.matching import CommandPattern, command_patterns
-from robosc.runtime.judge.monitoring import Monitoring
-from robosc.runtime.judge.observation import (
-    Handler,
-    SeenAction,
-    SeenActionOfRos2,
-    SeenServiceOfRos2,
-)
+from robosc.runtime.judge import gathering, matching, monitoring, observation, sight
 from robosc.runtime.judge.seen import MonitorPort
-from robosc.runtime.judge.sight import unknown_in
+from robosc.simulate import faults, start
 from robosc.simulate.bags.bag_files import Bag
-from robosc.simulate.bags.lookahead import Lookahead
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names
 from robosc.simulate.bags.selected_fields import Path as FieldPath
-from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.execute import read_settings
-from robosc.simulate.machines.generated import make_controller
-from robosc.simulate.start import parameters
+from robosc.simulate.machines.state import make_controller
 from robosc.supervisor import Supervisor
+
+# What a recording tells of the time at which a message came, beside the time of the recorder.
+#
+# A recorder, and the machine that it shares with the robot, may be late. A message was made at its
+# stamp, so it may have come at any time from then on, with the least age that its topic had before.
+# A burst of one topic had waited for the recorder. A silence that such a message ends later than it
+# may have come is none that anybody knows of.
+
+
+Recorded = tuple[str, float, "float | None", Any]
+"""Topic, time of the recorder, seconds of the message's stamp (None: it has none), message."""
+
+_LATEST = 2.0
+"""Seconds by which a recorder may be late: so far is looked ahead."""
+_BURST = 0.1
+"""The part of the usual pause of a topic within which messages that had waited follow."""
+_REMEMBERED = 50
+"""Messages of a topic from which its usual pause and its least age are known."""
+_KNOWN = 5
+"""Pauses of a topic after which its usual one is known."""
+
+
+class Lookahead:
+    """The messages of a recording, one after the other, with those that follow; for ``timed``
+    topics it matters when they came."""
+
+    def __init__(self, messages: Iterable[Recorded], timed: Iterable[str]) -> None:
+        self._messages = iter(messages)
+        self._timed = frozenset(timed)
+        self._ahead: deque[Recorded] = deque()
+        latest = partial(deque[float], maxlen=_REMEMBERED)
+        self._ages = {topic: latest() for topic in self._timed}
+        self._pauses = {topic: latest() for topic in self._timed}
+        self._last: dict[str, float] = {}
+
+    def __iter__(self) -> Iterator[Recorded]:
+        ahead = self._ahead
+        if not self._timed:
+            yield from self._messages
+        for recorded in self._messages:
+            ahead.append(recorded)
+            topic, time, stamp, _ = recorded
+            if topic in self._timed:
+                self._note(topic, time, stamp)
+            while ahead[0][1] + _LATEST <= time:
+                yield ahead[0]
+                ahead.popleft()
+        while ahead:
+            yield ahead[0]
+            ahead.popleft()
+
+    def may_have_come(self, topic: str, time: float) -> float | None:
+        """The recorded time of the next message of a topic, if it may have come before a time;
+        None: it cannot have, or there is none."""
+        coming = ((t, stamp) for name, t, stamp, _ in self._ahead if name == topic)
+        recorded, stamp = next(coming, (None, None))
+        if recorded is None:
+            return None
+        if stamp is not None:
+            return recorded if stamp + min(self._ages[topic]) <= time else None
+        following, _ = next(coming, (None, None))
+        pauses = self._pauses[topic]
+        if following is None or len(pauses) < _KNOWN:
+            return None
+        usual = sorted(pauses)[len(pauses) // 2]
+        return recorded if following - recorded < _BURST * usual else None
+
+    def _note(self, topic: str, time: float, stamp: float | None) -> None:
+        if stamp is not None:
+            self._ages[topic].append(time - stamp)
+        elif topic in self._last:
+            self._pauses[topic].append(time - self._last[topic])
+        self._last[topic] = time
+
 
 # The types that the topics of a model should have in a recording.
 
@@ -166,7 +227,7 @@ ShortWay = Callable[[Any], "int | None"]
 there is nothing to say of them; None: it has to go through the engine, and nothing has changed."""
 
 
-class BagMonitoring(Monitoring):
+class BagMonitoring(monitoring.Monitoring):
     """Judges a recording. Most of its messages come while nothing is due by the clock: they need
     neither inbox nor queue."""
 
@@ -188,7 +249,7 @@ class BagMonitoring(Monitoring):
         left = self.due() if self._may_be_due or self._pending.oldest is not None else None
         return left is None or left > span
 
-    def short_way(self, entry: BoundInput) -> ShortWay:
+    def short_way(self, entry: engine_parts.BoundInput) -> ShortWay:
         """Return what applies an input as the engine would, but for its entry in the record."""
         engine, clocks, crossings = self._engine, self._parts.clocks, self._crossings
         state, read, apply, writes = vars(self._controller), entry.read, entry.apply, entry.writes
@@ -216,7 +277,9 @@ class BagMonitoring(Monitoring):
 
         return take
 
-    def short_way_of_commands(self, topic: str, patterns: Sequence[CommandPattern]) -> ShortWay:
+    def short_way_of_commands(
+        self, topic: str, patterns: Sequence[matching.CommandPattern]
+    ) -> ShortWay:
         """Return what takes the commands of a topic as :meth:`offer` does."""
 
         def take(message: Any) -> int | None:
@@ -265,7 +328,7 @@ class _BagPort(MonitorPort):
         """What matters is in the recorder."""
 
 
-class _OnTime(Lateness):
+class _OnTime(gathering.Lateness):
     """A recording that is read tells nothing of how late its node was."""
 
     def note(self, delay: float) -> None:
@@ -286,7 +349,7 @@ def _of_fields(path: tuple[str | int, ...]) -> FieldPath:
 class _Heard:
     """The topics that matter, each with those who take its messages."""
 
-    handlers: dict[str, list[Handler]] = field(default_factory=dict)
+    handlers: dict[str, list[observation.Handler]] = field(default_factory=dict)
     absent: list[str] = field(default_factory=list)
     unseen: list[str] = field(default_factory=list)
     unsent: list[str] = field(default_factory=list)
@@ -300,8 +363,8 @@ def settings_of(robot: Robot, given: Sequence[str] = ()) -> Settings:
     """
     stop = {} if robot.stop is None else {"stop_command": robot.display_names[robot.stop]}
     try:
-        return read_settings(robot, {**stop, **parameters(given)})
-    except InvalidLine as fault:
+        return read_settings(robot, {**stop, **start.parameters(given)})
+    except faults.InvalidLine as fault:
         raise UsageError(str(fault)) from None
 
 
@@ -336,7 +399,7 @@ class BagRun:
         self._port = _BagPort(bag)
         controller = make_controller(supervisor)
         controller.configure(settings.more)
-        now, clock = self._port.now, ArrivalTime(self._port.now)
+        now, clock = self._port.now, gathering.ArrivalTime(self._port.now)
         role = partial(BagMonitoring, port=self._port, clock=clock, lateness=_OnTime(now))
         self.engine: Engine[BagMonitoring] = Engine(
             role, controller, self._port, settings, now, clock
@@ -397,7 +460,7 @@ class BagRun:
     @property
     def judges_states(self) -> bool:
         """Whether all is seen on which the requirements on states depend."""
-        return not unknown_in(self.engine.controller, self._heard.unseen)
+        return not sight.unknown_in(self.engine.controller, self._heard.unseen)
 
     def entries(self, progress: Progress) -> Iterator[Entry]:
         """Follow the recording; the events, with the verdicts on them."""
@@ -552,7 +615,7 @@ class BagRun:
 
     def _connect_commands(self, topic: str, matches: Sequence[CommandMatch]) -> None:
         rows = [(m.key, m.exact, m.field) for m in sorted(matches, key=lambda m: not m.exact)]
-        patterns = command_patterns(rows, self.bag.make(topic))  # type: ignore[arg-type]
+        patterns = matching.command_patterns(rows, self.bag.make(topic))  # type: ignore[arg-type]
         self._add(topic, lambda message: self._judge.offer(topic, patterns, message))
         if not self._described and len(self._heard.handlers[topic]) == 1:
             self._short_ways[topic] = self._judge.short_way_of_commands(topic, patterns)
@@ -561,7 +624,7 @@ class BagRun:
         if not self.bag.ros_1 and (self._reads_ends(action) or self._reads_goals(action)):
             self._heard.unseen.append(action.key)
             return
-        seen = SeenAction if self.bag.ros_1 else SeenActionOfRos2
+        seen = observation.SeenAction if self.bag.ros_1 else observation.SeenActionOfRos2
         if not self._add_parts(action, seen(self._judge, action.key).handlers):
             self._heard.unsent.append(action.key)
 
@@ -578,11 +641,11 @@ class BagRun:
         return any(r.key == action.key and r.read is not None for r in rows)
 
     def _connect_service(self, service: Communication) -> None:
-        handlers = SeenServiceOfRos2(self._judge, service.key).handlers
+        handlers = observation.SeenServiceOfRos2(self._judge, service.key).handlers
         if not self._add_parts(service, handlers):
             self._heard.unseen.append(service.key)
 
-    def _add_parts(self, owner: Communication, handlers: Mapping[str, Handler]) -> bool:
+    def _add_parts(self, owner: Communication, handlers: Mapping[str, observation.Handler]) -> bool:
         """Whether the bag has one of these topics below a name."""
         name = self._topic(owner)
         there = [part for part in handlers if name + part in self.bag.topics]
@@ -597,7 +660,7 @@ class BagRun:
         expected = types_of(owner, self.bag.ros_1)[part]
         demand_type(self.bag.path, name, part, self.bag.types[name + part], expected)
 
-    def _add(self, topic: str, handler: Handler) -> None:
+    def _add(self, topic: str, handler: observation.Handler) -> None:
         self._heard.handlers.setdefault(topic, []).append(handler)
 
     def _topic(self, communication: Communication) -> str:

@@ -14,8 +14,7 @@ from robosc.progress import Progress
 from robosc.runtime.core.reasons import reason_text
 from robosc.runtime.core.recorder import Entry
 from robosc.runtime.judge.findings import DEPARTURE, Sort, verdicts
-from robosc.simulate.bags.bag_files import Bag, opened_bag
-from robosc.simulate.bags.bag_run import BagRun, Track, settings_of
+from robosc.simulate.bags import bag_files, bag_run
 from robosc.simulate.bags.recorded_names import recorded_names
 from robosc.supervisor import Supervisor
 
@@ -75,7 +74,7 @@ class Judgement:
     findings: list[Finding] = field(default_factory=list)
     silences: dict[str, int] = field(default_factory=dict)
     goals: dict[str, Goals] = field(default_factory=dict)
-    tracks: dict[str, Track] = field(default_factory=dict)
+    tracks: dict[str, bag_run.Track] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
     """What should be in the recording, and could not be read."""
@@ -118,9 +117,9 @@ def judge(
         UsageError: the bag cannot be read, or has nothing of the robot; or one is no parameter.
     """
     robot = supervisor.plant.robot
-    settings = settings_of(robot, given)
-    with opened_bag(path) as bag:
-        run = BagRun(supervisor, bag, settings, names=recorded_names(robot, remapped))
+    settings = bag_run.settings_of(robot, given)
+    with bag_files.opened_bag(path) as bag:
+        run = bag_run.BagRun(supervisor, bag, settings, names=recorded_names(robot, remapped))
         if not run.hears:
             raise UsageError(_no_topic(path, run, bag))
         judgement = Judgement(
@@ -171,7 +170,7 @@ def _first(topics: Sequence[str] | dict[str, str]) -> str:
     return f"it has {', '.join(names[:5])}{more}" if names else "it is empty"
 
 
-def _no_topic(path: Path, run: BagRun, bag: Bag) -> str:
+def _no_topic(path: Path, run: bag_run.BagRun, bag: bag_files.Bag) -> str:
     """Why nothing can be judged; names that look remapped, into a namespace for one, are told."""
     robot = run.supervisor.plant.robot.name
     if not run.absent:

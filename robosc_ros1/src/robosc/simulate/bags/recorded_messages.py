@@ -13,10 +13,8 @@ from functools import partial
 from typing import Any
 
 from robosc.errors import UsageError
-from robosc.model.ros.interfaces import Definition, FieldType
-from robosc.model.ros.recorded import definitions
-from robosc.runtime.core.ages import seconds_of
-from robosc.runtime.core.values import NOW, fields_of, only_field
+from robosc.model.ros import interfaces, recorded
+from robosc.runtime.core import ages, values
 from robosc.simulate.bags.selected_fields import TIME, Definitions, Path, Selected, selecting
 from robosc.simulate.bags.storage import Channel
 
@@ -107,7 +105,7 @@ class MessageTypes:
         pack = self.store.serialize_ros1 if self.is_ros_1 else self.store.serialize_cdr
         return self.read(bytes(pack(_with_arrays(self.store, message, self._wide), self.name)))
 
-    def _fields(self, name: str, definition: Definition) -> list[tuple[str, Any]]:
+    def _fields(self, name: str, definition: interfaces.Definition) -> list[tuple[str, Any]]:
         if not definition.fields and not self.is_ros_1:
             return [(_NO_FIELD, _single("uint8"))]
         wide = [f.name for f in definition.fields if f.type.wide and not f.type.is_array]
@@ -115,7 +113,7 @@ class MessageTypes:
             self._wide[name] = wide
         return [(field.name, self._type(field.type)) for field in definition.fields]
 
-    def _type(self, type_: FieldType) -> Any:
+    def _type(self, type_: interfaces.FieldType) -> Any:
         from rosbags.interfaces import Nodetype
 
         base = _IN_ROS_1.get(type_.base, type_.base) if self.is_ros_1 else type_.base
@@ -140,12 +138,12 @@ class MessageTypes:
 def stamp_of(message: Any) -> float | None:
     """The seconds of a message's stamp; None if it has none."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
-    return seconds_of(stamp) or None if getattr(stamp, "__msgtype__", "") == TIME else None
+    return ages.seconds_of(stamp) or None if getattr(stamp, "__msgtype__", "") == TIME else None
 
 
-def _definitions(channel: Channel) -> Mapping[str, Definition]:
+def _definitions(channel: Channel) -> Mapping[str, interfaces.Definition]:
     try:
-        return definitions(channel.definition, channel.type, channel.schema)
+        return recorded.definitions(channel.definition, channel.type, channel.schema)
     except ValueError as error:
         raise UsageError(f"{channel.topic}: {error}") from None
 
@@ -296,9 +294,9 @@ def fill(store: Any, message: Any, data: Any) -> Any:
     if getattr(data, "__msgtype__", None) == message.__msgtype__:
         return data
     types = dict(store.fielddefs[message.__msgtype__][1])
-    for name, value in fields_of(data, types):
+    for name, value in values.fields_of(data, types):
         name = _PARTS_OF_TIMES.get(name, name) if name not in types else name
-        name = name or only_field(message)
+        name = name or values.only_field(message)
         name = name if name in types else f"{name}_"
         setattr(message, name, _field_value(store, types[name], getattr(message, name), value))
     return message
@@ -308,7 +306,7 @@ def _field_value(store: Any, type_: Any, old: Any, value: Any) -> Any:
     from rosbags.interfaces import Nodetype
 
     kind, what = type_
-    if value is NOW:
+    if value is values.NOW:
         return old  # a recording does not tell when its correction would have been sent
     if kind == Nodetype.NAME:
         return fill(store, old, value)

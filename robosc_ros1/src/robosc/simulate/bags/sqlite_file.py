@@ -7,8 +7,7 @@ from array import array
 from pathlib import Path
 from typing import Any
 
-from robosc.simulate.bags.mcap_file import is_latched
-from robosc.simulate.bags.storage import Channel, Contents, Damaged
+from robosc.simulate.bags import mcap_file, storage
 
 _MAPPED = 1 << 40
 """Bytes of a file that need not be copied before they are read, as far as SQLite can do so."""
@@ -39,7 +38,7 @@ class SqliteFile:
     """A database of messages; a place is the number of a row."""
 
     def __init__(self, path: Path) -> None:
-        self.contents = Contents()
+        self.contents = storage.Contents()
         # What a recorder that died had not yet moved into the database lies in a file beside it.
         how = "mode=ro" if path.with_name(f"{path.name}-wal").exists() else "immutable=1"
         self._database = sqlite3.connect(f"{path.absolute().as_uri()}?{how}", uri=True)
@@ -63,7 +62,7 @@ class SqliteFile:
         try:
             return chunk.at(place)
         except sqlite3.Error as error:
-            raise Damaged(f"{error} at row {place:,}") from error
+            raise storage.Damaged(f"{error} at row {place:,}") from error
 
     def _columns(self, table: str) -> set[str]:
         return {row[1] for row in self._database.execute(f"PRAGMA table_info({table})")}
@@ -84,8 +83,8 @@ class SqliteFile:
                 self.contents.left_out[topic] = form
                 continue
             schema, text = definitions.get(type_, ("", ""))
-            self.contents.channels[number] = Channel(
-                topic, type_, text, schema, "cdr", is_latched(str(qos))
+            self.contents.channels[number] = storage.Channel(
+                topic, type_, text, schema, "cdr", mcap_file.is_latched(str(qos))
             )
 
     def _read_index(self) -> None:

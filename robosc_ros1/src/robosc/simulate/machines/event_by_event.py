@@ -12,18 +12,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from robosc import limits
+from robosc import errors, limits
 from robosc.emit.controller.naming import place
-from robosc.errors import listing
 from robosc.expr import evaluation, traversal, tree, types, undefined_data
-from robosc.language.events import EventKind
-from robosc.language.operators import MIRRORED
-from robosc.plant import acceptance, model_text
+from robosc.language import events, operators
+from robosc.plant import acceptance, event_values, model_text
 from robosc.plant.automaton import Edge, Event, EventParameter, Plant, PlantState, VariableKind
 from robosc.plant.conjuncts import Conjunct, conjuncts
 from robosc.plant.data.classes import Classes
 from robosc.plant.data.terms import value_of
-from robosc.plant.event_values import values_read
 from robosc.plant.step import (
     Values,
     Verdict,
@@ -41,7 +38,7 @@ from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import machine
 from robosc.simulate.machines.machine import Reason
 from robosc.simulate.machines.state import SystemState, sent_data, state_of
-from robosc.simulate.values import drawn_values, event_data
+from robosc.simulate.values import event_data
 from robosc.supervisor import Guard, Step, Supervisor
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper
 from robosc.synthesis.controlled_system import tau_values
@@ -62,7 +59,7 @@ def reasons(
     found = list(_from_plant(supervisor, event, state))
     if holds(plant, guard.expr, state):
         return tuple(found)
-    if event.kind is EventKind.CANCEL and not (
+    if event.kind is events.EventKind.CANCEL and not (
         event.requirement is not None and holds(plant, event.requirement, state)
     ):
         return tuple(found or _kept(supervisor, event))
@@ -125,7 +122,7 @@ def _may_hold(plant: Plant, event: Event, condition: tree.Expr, state: PlantStat
     case of the event; of what the plant does not know of them, it does not.
     """
     parts = {parameter.path for parameter in event.parameters}
-    if not all(path in parts for path in values_read([condition])):
+    if not all(path in parts for path in event_values.values_read([condition])):
         return False
     return any(
         is_true(condition, lookup(plant, event, values, state)) for values in valuations(event)
@@ -146,7 +143,7 @@ def _known_value(part: Conjunct, data: SystemState) -> dict[str, types.Value]:
 
 def _explained(supervisor: Supervisor, event: Event) -> str:
     found = [e.reason for e in supervisor.explanations if e.event == event]
-    return listing(found) if found else UNEXPLAINED
+    return errors.listing(found) if found else UNEXPLAINED
 
 
 _Moment = tuple[PlantState, Mapping[str, types.Value | None]]
@@ -424,7 +421,7 @@ class SingleEvents:
                     known = (VariableKind.DATA, f"{component}.{name}") in self.plant.variable_index
                 case tree.TestRef(name=name):
                     known = (VariableKind.TEST, name) in self.plant.variable_index
-                case tree.Binary(operator=operator) if operator in MIRRORED:
+                case tree.Binary(operator=operator) if operator in operators.MIRRORED:
                     known = self._tells_apart(part)
             if not known:
                 text = model_text.to_dsl(part, self.plant.robot)
@@ -438,7 +435,7 @@ class SingleEvents:
         """Whether the plant knows where a comparison of data with a constant holds."""
         operator, term, constant = comparison.operator, comparison.left, comparison.right
         if isinstance(term, tree.Literal):
-            operator, term, constant = MIRRORED[operator], constant, term
+            operator, term, constant = operators.MIRRORED[operator], constant, term
         index = self.plant.variable_index
         match term:
             case tree.VariableRef(component=component, variable=name):
@@ -466,7 +463,7 @@ class SingleEvents:
 
     def _filled(self, event: Event, values: Values) -> event_data.Given:
         """A value of the plant with the parts that only data reads."""
-        return drawn_values.completed(
+        return event_data.completed(
             self.plant.robot, event, event_data.by_path(event, values), machine.label(event)
         )
 
@@ -476,7 +473,7 @@ class SingleEvents:
             return None
         event = rng.choice(able)
         values = next(self._drawn(event, rng))
-        given = drawn_values.completed(
+        given = event_data.completed(
             self.plant.robot, event, event_data.by_path(event, values), machine.label(event), rng
         )
         return event, given

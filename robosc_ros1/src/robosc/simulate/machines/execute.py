@@ -15,8 +15,7 @@ from typing import Any, TypeAlias
 
 from robosc import limits
 from robosc.emit.package import config
-from robosc.expr.traversal import path_text
-from robosc.expr.tree import REASON, Expr
+from robosc.expr import traversal, tree
 from robosc.expr.types import IntegerType, ObjectType
 from robosc.language.events import EventKind, Kind
 from robosc.model import deciders, entities
@@ -31,10 +30,13 @@ from robosc.runtime.core.settings import ParameterError, Settings, read
 from robosc.runtime.core.values import Undefined, in_range
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import machine
-from robosc.simulate.machines.generated import controller_class, restore, state_of_controller
-from robosc.simulate.machines.state import SystemState
-from robosc.simulate.values.drawn_values import random_raw
-from robosc.simulate.values.event_data import Given, by_path, complete, hint
+from robosc.simulate.machines.state import (
+    SystemState,
+    controller_class,
+    restore,
+    state_of_controller,
+)
+from robosc.simulate.values.event_data import Given, by_path, complete, hint, random_raw
 from robosc.supervisor import Supervisor
 
 _ROUNDING = 1e-9
@@ -290,7 +292,7 @@ class Execution:
         """Pass on a message, or what becomes of a request."""
         payload: Any = given
         if event.kind in (EventKind.ERROR, EventKind.CANCELLED):
-            word = str(given.get(REASON) or calls.FAILED)
+            word = str(given.get(tree.REASON) or calls.FAILED)
             payload = calls.Failure("simulated", given, word)
         token = self._clock.open.get(event.key)
         together = next((keys for keys in self._shared if event.key in keys), None)
@@ -330,7 +332,7 @@ class Execution:
         told = (entry.kind, entry.name, entry.value, entry.tau, entry.outcome, entry.detail)
         return machine.Happening(*told, entry.time, decided)
 
-    def path(self, condition: Expr) -> list[tuple[Event, Given]] | None:
+    def path(self, condition: tree.Expr) -> list[tuple[Event, Given]] | None:
         raise InvalidLine("goto is for single events: here the controller decides where it goes")
 
     def draw(self, rng: random.Random) -> tuple[Event, Given] | float | None:
@@ -398,6 +400,6 @@ def _reader(plant: Plant, event: Event) -> Callable[[model.Controller, Given], A
                 in_range(given[path], *type_.bounds, "the value")
         if not isinstance(whole, ObjectType):
             return given.get(())
-        return {path_text(path): given.get(path) for path in parts}
+        return {traversal.path_text(path): given.get(path) for path in parts}
 
     return read_given

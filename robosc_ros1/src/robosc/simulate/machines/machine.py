@@ -10,8 +10,7 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Any, Protocol
 
-from robosc import dotted
-from robosc.errors import listing
+from robosc import dotted, errors
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
 from robosc.model.entities import Robot
@@ -310,7 +309,7 @@ def _unknown(machine: Machine, text: str) -> str:
     near = get_close_matches(text, [*labels, *(e.name for e in machine.typeable)], 1)
     if near:
         return f"there is no event '{text}'; did you mean '{near[0]}'?"
-    few = f"; there are {listing(labels)}" if len(labels) <= 8 else ""
+    few = f"; there are {errors.listing(labels)}" if len(labels) <= 8 else ""
     return f"there is no event or command '{text}'{few} (see help)"
 
 

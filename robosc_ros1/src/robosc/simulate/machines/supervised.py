@@ -15,8 +15,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-from robosc.expr import types
-from robosc.expr.traversal import path_text
+from robosc.expr import traversal, types
 from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
@@ -28,10 +27,7 @@ from robosc.runtime.judge import matching
 from robosc.runtime.judge.supervising import Supervising, SupervisorPort, supervisor_engine
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import execute, machine
-from robosc.simulate.values import event_data
-from robosc.simulate.values.drawn_values import random_raw
-from robosc.simulate.values.literals import Path
-from robosc.simulate.values.typed_values import default_part
+from robosc.simulate.values import event_data, literals, typed_values
 from robosc.supervisor import Supervisor
 
 
@@ -83,14 +79,14 @@ class _Port(execute.Clockwork, SupervisorPort):
         """Typed values have no fields but those that the model reads, by path."""
         before = dict(_leaves(sent))
         return {
-            path_text(path): {"sent": values.jsonable(before.get(path, type(value)())),
+            traversal.path_text(path): {"sent": values.jsonable(before.get(path, type(value)())),
                               "made": values.jsonable(value)}
             for path, value in dict(_leaves(made)).items()
             if value != before.get(path, type(value)())
         }  # fmt: skip
 
     def content(self, message: Any) -> Any:
-        return {path_text(path): value for path, value in message.items()}
+        return {traversal.path_text(path): value for path, value in message.items()}
 
 
 class SupervisedExecution(execute.Execution):
@@ -201,7 +197,9 @@ class SupervisedExecution(execute.Execution):
             asked = [e for e in self._inputs if e.controllable and self.can(e, None)]
             if asked:
                 event, robot = rng.choice(asked), self.plant.robot
-                raw = random_raw(robot, event, rng) if value_parts(robot, event) else None
+                raw = (
+                    event_data.random_raw(robot, event, rng) if value_parts(robot, event) else None
+                )
                 return event, event_data.complete(robot, event, raw, machine.label(event))
         return drawn
 
@@ -218,10 +216,10 @@ def _blank(robot: Robot, event: Event) -> event_data.Given:
     whole = communication.value_type(event.kind)
     named = isinstance(whole, types.NoneType | types.ObjectType)
     parts = value_parts(robot, event) if named else {(): whole}
-    return {path: default_part(type_) for path, type_ in parts.items()}
+    return {path: typed_values.default_part(type_) for path, type_ in parts.items()}
 
 
-def with_fields(message: event_data.Given, fields: Mapping[str, Any]) -> dict[Path, Any]:
+def with_fields(message: event_data.Given, fields: Mapping[str, Any]) -> dict[literals.Path, Any]:
     """What was typed, with fields set: in the parts that it has, around them and within them."""
     made = copy.deepcopy(dict(message))
     for path, value in _leaves({(name,): part for name, part in fields.items()}):
@@ -235,7 +233,7 @@ def with_fields(message: event_data.Given, fields: Mapping[str, Any]) -> dict[Pa
     return made
 
 
-def _with_part(whole: Any, path: Path, value: Any) -> Any:
+def _with_part(whole: Any, path: literals.Path, value: Any) -> Any:
     """A whole in which a part is set; what has no parts is the value of its message's one field."""
     if not path or not isinstance(whole, SimpleNamespace):
         return value
@@ -244,7 +242,7 @@ def _with_part(whole: Any, path: Path, value: Any) -> Any:
     return SimpleNamespace(**parts)
 
 
-def _part(whole: Any, path: Path) -> Any:
+def _part(whole: Any, path: literals.Path) -> Any:
     """A part of a value; None for an element of an array that it does not have."""
     for step in path:
         if isinstance(step, str):
@@ -254,7 +252,7 @@ def _part(whole: Any, path: Path) -> Any:
     return whole
 
 
-def _leaves(parts: Mapping[Path, Any]) -> Iterator[tuple[Path, Any]]:
+def _leaves(parts: Mapping[literals.Path, Any]) -> Iterator[tuple[literals.Path, Any]]:
     """The values by path, with the members of objects in the place of the objects."""
     for path, value in parts.items():
         members = vars(value) if isinstance(value, SimpleNamespace) else value

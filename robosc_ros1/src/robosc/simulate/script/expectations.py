@@ -8,8 +8,11 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
-from robosc.errors import listing
+from robosc.errors import Diagnostic, Severity, listing
 from robosc.expr import traversal, tree
+from robosc.expr.tree import Expr
+from robosc.model.diagnostics import Report
+from robosc.model.entities import Robot
 from robosc.plant import automaton, model_text
 from robosc.runtime.core import places, values
 from robosc.simulate.faults import Failed, InvalidLine
@@ -24,9 +27,47 @@ from robosc.simulate.machines.machine import (
     without_cases,
     without_timeouts,
 )
-from robosc.simulate.script.conditions import condition
 from robosc.simulate.values.event_data import complete
 from robosc.simulate.values.literals import by_path, literal_text, parse_raw, path_in
+from robosc.source import Source
+from robosc.syntax import nodes, parser
+
+# Conditions in the language's own syntax, over the state of a whole robot.
+
+
+_BEFORE = "robot r { requirement always "
+
+
+def condition(text: str, robot: Robot) -> Expr:
+    """The condition that a text means: all that a requirement of the robot's model can say.
+
+    Raises:
+        InvalidLine: it is no condition; with the reason.
+    """
+    report = Report()
+    expr = robot.conditions(_parsed(text), report)
+    if expr is None:
+        raise InvalidLine(_in_words(report.diagnostics[0]))
+    return expr
+
+
+def _parsed(text: str) -> nodes.ExprNode:
+    if not text.strip():
+        raise InvalidLine("a condition is missing, such as Motor.moving and Sensor.value = free")
+    tree, diagnostics = parser.parse(Source("condition", _BEFORE + text + "\n}"))
+    errors = [d for d in diagnostics if d.severity is Severity.ERROR]
+    if errors:
+        column = max(1, min(errors[0].span.start - len(_BEFORE), len(text)) + 1)
+        raise InvalidLine(f"'{text}' is not a condition: {_in_words(errors[0])} at column {column}")
+    found = tree.declarations if tree is not None else ()
+    if len(found) != 1 or not isinstance(found[0], nodes.RequirementNode):
+        raise InvalidLine(f"'{text}' is not a condition")
+    return found[0].condition
+
+
+def _in_words(fault: Diagnostic) -> str:
+    return f"{fault.message} ({fault.hint})" if fault.hint else fault.message
+
 
 _SENT = re.compile(rf"({EVENT_NAME})(?:\s*\*\s*(\d{{1,6}}))?", re.ASCII)
 

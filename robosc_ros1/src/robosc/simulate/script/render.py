@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
-from robosc import dotted
-from robosc.errors import listing
+from robosc import dotted, errors
 from robosc.expr.types import Value
 from robosc.language.events import ACTIVE
 from robosc.runtime.core.places import places, stage_of
@@ -109,7 +108,7 @@ def _command_lines(machine: Machine, style: Style) -> Iterator[str]:
             sent = style(DIM, f"  sent {times}") if command.count else ""
             told = _shown_data(command.data)
             if command.waits_for:
-                told = style(DIM, f"  waits for {listing(command.waits_for)}")
+                told = style(DIM, f"  waits for {errors.listing(command.waits_for)}")
             yield f"  {label(command.event)}{told}{sent}"
     disabled = [c for c in commands if not c.enabled]
     if disabled:

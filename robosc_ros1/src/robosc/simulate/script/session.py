@@ -16,15 +16,13 @@ from robosc import errors, limits
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.model.automata import RESTING
 from robosc.plant import automaton, step
-from robosc.plant.automaton import Event
 from robosc.runtime.core.places import places
 from robosc.simulate.faults import InvalidLine, LineFault, Refused
 from robosc.simulate.machines import machine
 from robosc.simulate.machines.machine import Machine, label
 from robosc.simulate.script import expectations
-from robosc.simulate.script.conditions import condition
-from robosc.simulate.values.drawn_values import completed
-from robosc.simulate.values.event_data import Given, by_path, complete
+from robosc.simulate.script.expectations import condition
+from robosc.simulate.values.event_data import Given, by_path, complete, completed
 from robosc.simulate.values.literals import Raw, literal_text, parse_raw
 from robosc.syntax.parser import read_bytes
 from robosc.synthesis.formatting import event_text, part_text
@@ -121,7 +119,7 @@ _HELP = "\n".join(
 class _Repeated:
     """An event that happens every ``period`` seconds, next in ``due``."""
 
-    event: Event
+    event: automaton.Event
     given: Given
     period: float
     due: float
@@ -185,7 +183,7 @@ class Session:
                 raise
         return self._did(self._fire(*step))
 
-    def fire(self, event: Event, raw: Raw) -> Done:
+    def fire(self, event: automaton.Event, raw: Raw) -> Done:
         """Let an event happen with a value as it is written or came as JSON."""
         given = complete(self.machine.plant.robot, event, raw, machine.label(event))
         return self._did(self._fire(event, given))
@@ -194,7 +192,7 @@ class Session:
         """What can be fired by number, from 1: what the robot does before what is commanded."""
         return sorted(self.machine.choices(), key=lambda choice: choice.event.controllable)
 
-    def event(self, text: str) -> Event:
+    def event(self, text: str) -> automaton.Event:
         """The one event that a name means now. Raises LineFault."""
         found = machine.find_events(self.machine, text)
         if len(found) > 1:
@@ -236,7 +234,7 @@ class Session:
             raise
         return self.fire(event, parse_raw(value))
 
-    def _fire(self, event: Event, given: Given) -> list[machine.Happening]:
+    def _fire(self, event: automaton.Event, given: Given) -> list[machine.Happening]:
         happenings = self.machine.fire(event, given)
         self.history.append(machine.typed_text(event, given))
         return happenings
