@@ -97,11 +97,11 @@ class RosPort(CallingPort):
         BACKLOG.await_taken(done)
         return True
 
-    def check(self, key, data):
+    def check(self, key, kind, data):
         if key in self._publishers:
             compose(self._publishers[key][1](), data).serialize(io.BytesIO())
         else:
-            super().check(key, data)
+            super().check(key, kind, data)
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]

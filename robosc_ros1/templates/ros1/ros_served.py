@@ -5,6 +5,7 @@ rospy calls the handler of a service in a thread of the caller's connection, so 
 for the answer. A caller that is refused gets an error with the reason as text.
 """
 
+import io
 import threading
 
 import rospy
@@ -28,11 +29,20 @@ class ServedService:
         """Offer the service; ``post`` gets each request, and the call to answer."""
 
         def handle(request):
-            call = _Call(self._type._response_class)
+            call = _Call(self)
             post(request, call)
             return call.result()
 
         self._server = rospy.Service(self._name, self._type, handle)
+
+    def check(self, kind, data):
+        self.response(data)
+
+    def response(self, data):
+        """Return a response with these fields. Raises any exception if they do not fit."""
+        response = compose(self._type._response_class(), data)
+        response.serialize(io.BytesIO())
+        return response
 
     def close(self):
         if self._server is not None:
@@ -40,14 +50,14 @@ class ServedService:
 
 
 class _Call(WaitingCall):
-    def __init__(self, response_class):
-        self._response_class = response_class
+    def __init__(self, service):
+        self._service = service
         self._over = threading.Event()
         self._response = None
         self._refusal = "the node shuts down"
 
     def answer(self, data):
-        self._response = compose(self._response_class(), data)
+        self._response = self._service.response(data)
         self._over.set()
 
     def refuse(self, text, data=None):

@@ -50,6 +50,9 @@ class ServedAction:
         self._server = _Server(self._name, self._type, on_goal, on_cancel, auto_start=False)
         self._server.start()
 
+    def check(self, kind, data):
+        (self.feedback if kind == "feedback" else self.result)(data)
+
     def result(self, data):
         return _composed(self._server.ActionResultType(), data)
 

@@ -179,11 +179,11 @@ class RosPort(CallingPort):
         self.executor_thread.do(lambda: look() or self.executor_thread.poll(look, look))
         return True
 
-    def check(self, key, data):
+    def check(self, key, kind, data):
         if key in self._publishers:
             compose(self._publishers[key][1](), data, self._node.get_clock())
         else:
-            super().check(key, data)
+            super().check(key, kind, data)
 
     def send(self, key, data):
         publisher, message_type = self._publishers[key]

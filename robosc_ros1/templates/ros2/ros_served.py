@@ -54,6 +54,9 @@ class ServedService:
     def is_busy(self):
         return False
 
+    def check(self, kind, data):
+        self.response(data)
+
     def response(self, data):
         return compose(self._type.Response(), data, self._node.get_clock())
 

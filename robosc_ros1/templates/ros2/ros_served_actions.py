@@ -79,6 +79,9 @@ class ServedAction:
             **action_profiles(),
         )
 
+    def check(self, kind, data):
+        (self.feedback if kind == "feedback" else self.result)(data)
+
     def result(self, data):
         return compose(self._type.Result(), data, self._node.get_clock())
 

@@ -26,7 +26,7 @@ def test_meaning_example_and_remedy(robosc: Robosc) -> None:
     assert done.returncode == 0
     assert done.stdout.startswith("unexpected-brace, error\n\nA closing brace has no opening one")
     assert "\n\n    robot R { } }\n\n" in done.stdout
-    assert done.stdout.endswith("Remove the extra brace.\n")
+    assert done.stdout.endswith("or move the declaration into its block.\n")
 
 
 @pytest.mark.parametrize("code", CODES)

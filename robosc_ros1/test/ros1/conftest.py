@@ -79,6 +79,7 @@ def _build_generated(folder: Path) -> None:
     model_file.write_text(reflecting.model(PRIMITIVES_OF_ROS1), encoding="utf-8")
     for file, mode in (
         (GOLDEN / "models" / "fleet.rscd", "controller"),
+        (Path(__file__).with_name("examiner.rscd"), "controller"),
         (model_file, "controller"),
         (model_file, "supervisor"),
     ):

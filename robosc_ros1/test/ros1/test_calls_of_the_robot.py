@@ -55,6 +55,21 @@ def test_a_call_is_answered_when_its_requirement_holds(
         assert call(puppet, ORDER, True)["message"] == DONE
 
 
+def test_an_answer_that_does_not_fit_is_not_given(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    """As any other command it is counted as failed, and tried again."""
+    with stage.controller(ear, "examiner_controller") as node:
+        mark = puppet.mark
+        puppet.do("call", name="/examine", type="diagnostic_msgs/SelfTest", fields={})
+        node.tells(event("response", "examine", outcome="failed"))
+        state = node.shows(lambda s: s["counters"]["failed"] > 0)
+        assert state["communications"]["examine"] == "busy"
+        puppet.publish("/mark", "std_msgs/Int16", 1)
+        answered = puppet.wait(lambda line: line.get("answered") == "/examine", "it", since=mark)
+        assert answered["message"]["passed"] == 1
+
+
 def test_one_call_at_a_time(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     with served(stage, ear) as node:
         mark = order_and_wait(puppet, node)

@@ -43,6 +43,11 @@ def step(puppet: Puppet, number: int) -> None:
     puppet.publish("/step", "std_msgs/Int16", number)
 
 
+def is_enabled(state: dict[str, Any], kind: str) -> bool:
+    told = ({"kind": kind, "name": "mission", "value": None}, True)
+    return told in [(command["event"], command["enabled"]) for command in state["commands"]]
+
+
 @pytest.mark.once
 def test_a_goal_is_reported_on_and_answered(puppet: Puppet, node: Node) -> None:
     mark = accepted(puppet, node)
@@ -52,6 +57,7 @@ def test_a_goal_is_reported_on_and_answered(puppet: Puppet, node: Node) -> None:
         "feedback", since=mark,
     )  # fmt: skip
     assert report["message"]["distance"] == 2.5
+    node.shows(lambda s: is_enabled(s, "feedback"), since=mark)
     step(puppet, 3)
     ended = end(puppet, mark)
     assert (ended["status"], ended["result"]["reached"]) == (GoalStatus.SUCCEEDED, 3)

@@ -48,12 +48,18 @@ def step(robot: Peer, number: int) -> None:
     robot.publish("/step", "std_msgs/msg/Int16", {"data": number})
 
 
+def is_enabled(state: dict[str, Any], kind: str) -> bool:
+    told = ({"kind": kind, "name": "mission", "value": None}, True)
+    return told in [(command["event"], command["enabled"]) for command in state["commands"]]
+
+
 @pytest.mark.once
 def test_a_goal_is_reported_on_and_answered(robot: Peer) -> None:
     goal = accepted(robot)
     step(robot, 2)
     report = robot.expect("feedback", id=goal, where=lambda data: data["reached"] == 2)
     assert report["data"]["distance"] == 2.5
+    robot.expect_state(NODE, lambda s: is_enabled(s, "feedback"))
     step(robot, 3)
     ended = robot.expect("result", id=goal)
     assert (ended["status"], ended["data"]["reached"]) == (SUCCEEDED, 3)

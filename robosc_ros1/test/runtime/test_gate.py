@@ -338,12 +338,12 @@ def test_a_goal_that_is_replaced_before_it_was_sent_ends_for_the_controller(
 class Narrow(GuardedPort):
     """A port whose messages have a field of one byte."""
 
-    def check(self, key: str, data: Any) -> None:
+    def check(self, key: str, kind: str, data: Any) -> None:
         if data and data["data"] > 255:
             raise OverflowError("it does not fit")
 
     def send(self, key: str, data: Any) -> None:
-        self.check(key, data)
+        self.check(key, "request", data)
         super().send(key, data)
 
 

@@ -332,3 +332,42 @@ def test_commands_beyond_their_fields_are_not_sent_and_hold_back_nothing() -> No
         "far": "4e+38 does not fit float32",
     }
     assert {h.name for h in done.happenings if h.outcome == "applied"} == {"rest"}
+
+
+REPORTING = """
+robot Reporting {
+    component Orders {
+        outgoing action order with type: actionlib/Test
+        behaviour {
+            initial marked state free { on request from order goto busy_ }
+            state busy_ { on response to order goto free }
+        }
+    }
+    component Base {
+        outgoing message level with type: integer
+        incoming message rest with type: none
+        behaviour {
+            variable last: integer = 1
+            initial marked state on_ { on response from level do last := value }
+        }
+    }
+    requirement order.response needs Base.last = 0
+    prefer order.feedback over rest
+    provide order.feedback with { feedback: Base.last * 1000000000 }
+    stop with nothing
+}
+"""
+
+
+def test_answers_hold_back_what_they_are_preferred_to_if_they_fit() -> None:
+    """They are looked at as what they are, a result or feedback, as in nodes."""
+    player = session(supervisor_of(REPORTING), execute=True)
+    assert sent(play(player, "wait 0.15")) == ["rest"]
+    done = play(player, "order.request", "wait 0.25")
+    assert {(h.kind, h.outcome) for h in done.happenings} == {("feedback", "applied")}
+    commands = {c.event.kind.word: c for c in player.machine.commands()}
+    assert commands["request"].waits_for == ("order.feedback",)
+    done = play(player, "level 3", "wait 0.15")
+    failed = {h.detail for h in done.happenings if h.outcome == "failed"}
+    assert failed == {"3000000000 does not fit int32"}
+    assert {h.name for h in done.happenings if h.outcome == "applied"} == {"rest"}

@@ -150,6 +150,35 @@ model.rscd:3:5: error[unexpected-brace]: the robot has ended before this
       |     ^^^^^^^^^ is there an extra '}' above?
 """,
     ),
+    "what stands in a behaviour, in a component without one": (
+        """\
+robot R {
+    component A {
+        incoming message m with type: none
+        variable n: integer(0..3)
+        initial state s { }
+    }
+}
+""",
+        """\
+model.rscd:4:9: error[unexpected-brace]: 'variable' is not allowed here
+    4 |         variable n: integer(0..3)
+      |         ^^^^^^^^ it stands in a behaviour
+""",
+    ),
+    "what stands in a component, in the robot": (
+        """\
+robot R {
+    outgoing message m with type: none
+    component A { }
+}
+""",
+        """\
+model.rscd:2:5: error[unexpected-brace]: 'outgoing' is not allowed here
+    2 |     outgoing message m with type: none
+      |     ^^^^^^^^ it stands in a component
+""",
+    ),
     "the opening brace of a state is missing": (
         """\
 robot R {

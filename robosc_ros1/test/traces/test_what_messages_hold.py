@@ -98,6 +98,43 @@ def test_a_command_beyond_its_field_holds_back_nothing_and_is_not_expected(
     assert after.startswith("expect sent lamp.request\n")
 
 
+REPORTING = """
+robot Reporting {
+    component Orders {
+        outgoing action order with type: actionlib/Test
+        behaviour {
+            variable told: boolean
+            initial marked state free { on request from order goto busy_ }
+            state busy_ {
+                on feedback to order do told := !told
+                on response to order goto free
+            }
+        }
+    }
+    component Base {
+        outgoing message done with type: boolean
+        incoming message rest with type: none
+        behaviour {
+            variable over: boolean
+            initial marked state on_ { on response from done do over := value }
+        }
+    }
+    requirement order.response needs Base.over
+    prefer order.feedback over rest
+    provide order.feedback with { feedback: 7 }
+    stop with nothing
+}
+"""
+
+
+def test_answers_hold_back_what_they_are_preferred_to() -> None:
+    supervisor = supervisor_of(REPORTING)
+    definitions = MessageDefinitions(ros_version="1")
+    text = texts_of(choose(supervisor, KnownFields(supervisor.plant.robot, definitions)))
+    repeated = set(re.findall("^wait 1\nexpect sent (.*)$", text, re.M))
+    assert repeated == {"order.feedback", "rest.request"}
+
+
 @pytest.mark.parametrize(("number", "arrives"), [(0.1, 0.10000000149), (-3e38, -3e38)])
 def test_a_number_beyond_32_bits_does_not_fit(number: float, arrives: float) -> None:
     """It is no infinity, which another number could be."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,13 +10,12 @@ from types import MappingProxyType
 from typing import Any
 
 from robosc.errors import UsageError
-from robosc.language.events import EventKind
 from robosc.model.declarations.parameters import with_parameters, with_starts
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.plant.build import lower
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines import event_by_event, machine, supervised
-from robosc.simulate.machines.execute import Execution, read_settings
+from robosc.simulate.machines.execute import Check, Execution, read_settings
 from robosc.simulate.script.session import MakeMachine
 from robosc.simulate.values.literals import parse_raw
 from robosc.simulate.values.message_fields import Fields, KnownFields
@@ -50,19 +49,19 @@ def machine_maker(supervisor: Supervisor, *, execute: bool) -> MakeMachine:
     return make
 
 
-def _fitting(supervisor: Supervisor) -> Callable[[str, Any], None]:
-    """Demands that the data of a command, by its key, fit into its message, if its definition is
-    known: nodes send no others."""
+def _fitting(supervisor: Supervisor) -> Check:
+    """Demands that the data of a command, by its key and kind, fit into its message, if its
+    definition is known: nodes send no others."""
     robot = supervisor.plant.robot
-    requests = {e.key: e for e in supervisor.plant.events if e.kind is EventKind.REQUEST}
+    sent = {(e.key, e.kind.word): e for e in supervisor.plant.events if e.kind.sent}
 
     @cache
     def fields() -> Fields:
         return KnownFields(robot, MessageDefinitions.for_model(Path(robot.span.source.path)))
 
-    def demand(key: str, data: Any) -> None:
-        if key in requests:
-            fields().demand_fitting(requests[key], data)
+    def demand(key: str, kind: str, data: Any) -> None:
+        if (key, kind) in sent:
+            fields().demand_fitting(sent[key, kind], data)
 
     return demand
 

@@ -132,7 +132,7 @@ class Items:
     pattern with which such a declaration begins, and ``item``, ``past`` and ``lines`` locate the
     next one after an error (see :class:`~robosc.syntax.recovery.synchronise.Synchroniser`).
     ``advice`` are patterns of frequent mistakes in such a block, each with a hint; ``meant`` are
-    those patterns that stand for a whole declaration.
+    those patterns that stand for a whole declaration. ``kind`` is that of the block.
     """
 
     words: tuple[str, ...]
@@ -144,6 +144,7 @@ class Items:
     lines: bool = False
     advice: tuple[tuple[re.Pattern[str], str], ...] = ()
     meant: tuple[tuple[re.Pattern[str], str], ...] = ()
+    kind: str = ""
 
 
 _IN_MESSAGES = {
@@ -162,7 +163,8 @@ def items_of(block: str, rules: Mapping[str, Rule], **others: Any) -> Items:
     """The declarations of a kind of block, according to the table of keywords."""
     starts = starts_of(block)
     words = (shown for word in starts for shown in _IN_MESSAGES.get(word, (f"'{word}'",)))
-    return Items(tuple(words), {word: rules[word] for word in starts}, **others)
+    found = {word: rules[word] for word in starts}
+    return Items(tuple(words), found, kind=block, **others)
 
 
 @dataclass(frozen=True)
@@ -209,11 +211,13 @@ class Block:
         return self.parent._outer.union(self.parent.items.rules)
 
     @cached_property
-    def _inner(self) -> frozenset[str]:
-        """First keywords of the declarations of all nested blocks."""
+    def _inner(self) -> Mapping[str, str]:
+        """First keywords of the declarations of all nested blocks, with the outermost kind of block
+        in which each stands."""
         if self.child is None:
-            return frozenset()
-        return self.child.block._inner.union(self.child.block.items.rules)
+            return {}
+        block = self.child.block
+        return {**block._inner, **dict.fromkeys(block.items.rules, block.items.kind)}
 
     @cached_property
     def synchroniser(self) -> synchronise.Synchroniser:
@@ -413,7 +417,9 @@ class Block:
         assert self.child is not None
         if reading.reported_at != at:
             reading.reported_at = at
-            hint = "is there an extra '}' above?"
+            hint = f"it stands in a {self._inner[word]}"
+            if nodes and self.child.adopt(nodes[-1], []) is not None:
+                hint = "is there an extra '}' above?"
             reading.report("unexpected-brace", f"'{word}' is not allowed here", at, hint=hint)
         reading.reopened = True
         late: list[Any] = []

@@ -497,7 +497,9 @@ class Steps:
             s for s in self.steps if s.event.controllable and s.event.kind is not EventKind.TAU
         ]
         self.commands = sorted(commands, key=lambda s: s.event.kind is not EventKind.CANCEL)
-        requests = {s.event.command: s for s in commands if s.event.kind.sent}
+        sent = [step for step in commands if step.event.kind.sent]
+        self._sent = {(step.event.key, step.event.kind.word): step.event for step in sent}
+        requests = {step.event.command: step for step in sent}
         self.preferred = {
             key: [requests[other] for other in others if other in requests]
             for key, others in ({} if self.guards_others else self.robot.yields_to).items()
@@ -645,25 +647,26 @@ class Steps:
                 return {**sent, **fields}, {path_text(p): v for p, v in fields.items()}
         return sent, {}
 
-    def demand_fitting(self, key: str, data: Any) -> None:
-        """Demand that the data of a request fit into the fields of its message.
+    def demand_fitting(self, key: str, kind: str, data: Any) -> None:
+        """Demand that the data of a command, by its key and kind, fit into the fields of its
+        message.
 
         Raises:
             Undefined: they do not, so that they cannot be sent.
         """
         try:
-            self.fields.demand_fitting(self.by_event[EventKind.REQUEST, key, 0].event, data)
+            self.fields.demand_fitting(self._sent[key, kind], data)
         except InvalidLine as problem:
             raise Undefined from problem
 
     def _fitting(self, event: Event, data: Function) -> Function:
         """The data of a command, which raises Undefined also if they do not fit."""
-        if event.kind is not EventKind.REQUEST:
+        if not event.kind.sent:
             return data
 
         def fitting(state: State, carried: Carried) -> Any:
             found = data(state, carried)
-            self.demand_fitting(event.key, found)
+            self.demand_fitting(event.key, event.kind.word, found)
             return found
 
         return fitting

@@ -116,8 +116,12 @@ class CallingPort(Port):
     def _caller(self, key):
         return self._services.get(key) or self._actions[key]
 
-    def check(self, key, data):
-        self._caller(key).check(data)
+    def check(self, key, kind, data):
+        if key in self._served:
+            if kind != "error":  # of that, fields that do not fit are left out
+                self._served[key].check(kind, data)
+        else:
+            self._caller(key).check(data)
 
     def ready(self, key):
         return self._caller(key).ready()

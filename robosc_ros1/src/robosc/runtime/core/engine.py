@@ -168,7 +168,7 @@ def _lacks(parts: EngineParts) -> dict[tuple[str, str], str]:
     """Return why commands that are allowed cannot be sent: what their data lack, by key and
     kind."""
     allowed = (c for c in parts.scheduler.commands if c.was and c.possible)
-    lacks = {(c.key, c.kind): parts.gate.lack(c.key, c.data) for c in allowed}
+    lacks = {(c.key, c.kind): parts.gate.lack(c.key, c.kind, c.data) for c in allowed}
     return {event: text for event, text in lacks.items() if text is not None}
 
 

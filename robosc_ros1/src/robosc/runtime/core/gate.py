@@ -30,20 +30,20 @@ class Gate:
         self._port = port
         self._only_finite = only_finite
 
-    def check(self, key: str, data: Any, whole: bool = True) -> None:
+    def check(self, key: str, kind: str, data: Any, whole: bool = True) -> None:
         """Raise any exception if a command cannot be sent with these data; whether they fit their
         fields, a message tells when it is sent, and need not be checked before (not ``whole``)."""
         if self._only_finite:
             demand_finite(data)
         if whole:
-            self._port.check(key, data)
+            self._port.check(key, kind, data)
 
-    def lack(self, key: str, give: Callable[[], Any] | None) -> str | None:
+    def lack(self, key: str, kind: str, give: Callable[[], Any] | None) -> str | None:
         """Return why what a command would be sent with now cannot be sent; None: it can."""
         if give is None:
             return None
         try:
-            self.check(key, give())
+            self.check(key, kind, give())
         except Exception as error:
             return lack(error)
         return None

@@ -43,8 +43,9 @@ class Port:
         """Return the time in seconds as the stamps of messages have it: ROS time."""
         return self.now()
 
-    def check(self, key: str, data: Data) -> None:
-        """Raise any exception if the data do not fit the type of a command."""
+    def check(self, key: str, kind: str, data: Data) -> None:
+        """Raise any exception if the data do not fit the type of a command, which is a "request",
+        or an answer: "response" or "feedback"."""
 
     def send(self, key: str, data: Data) -> None:
         """Publish an incoming message. Raises any exception if it was not sent."""

@@ -36,8 +36,9 @@ from .model import ONCE, SERVED, Command, Communication, Controller
 from .settings import Settings
 from .values import Undefined
 
-Lack = Callable[[str, Optional[Callable[[], Any]]], Optional[str]]
-"""Returns why what gives the data of a command, by key, gives nothing that can be sent now."""
+Lack = Callable[[str, str, Optional[Callable[[], Any]]], Optional[str]]
+"""Returns why what gives the data of a command, by key and kind, gives nothing that can be sent
+now."""
 
 
 class ScheduledCommand:
@@ -110,7 +111,7 @@ class ScheduledCommand:
                 other.possible
                 and not other.is_replacing
                 and other.authorised()
-                and lack(other.key, other.data) is None
+                and lack(other.key, other.kind, other.data) is None
                 for other in preferred
             )
         )
@@ -191,7 +192,7 @@ class CommandScheduler:
     """
 
     def __init__(
-        self, controller: Controller, settings: Settings, lack: Lack = lambda key, data: None
+        self, controller: Controller, settings: Settings, lack: Lack = lambda *command: None
     ) -> None:
         communications = {c.key: c for c in controller.COMMUNICATIONS}
         self.commands = [

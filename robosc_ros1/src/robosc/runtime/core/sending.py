@@ -60,7 +60,7 @@ class Sending:
         """Raise any exception if a command cannot be sent with these data. That a request cannot
         must be known before, since its event is not undone."""
         is_request = command.kind == "request" and command.sort != "incoming"
-        self._parts.gate.check(command.key, data, is_request)
+        self._parts.gate.check(command.key, command.kind, data, is_request)
 
     def _ask(self, command: ScheduledCommand) -> Any:
         """Return what an open request is sent with now.

@@ -300,9 +300,13 @@ def state_document(
     if "withheld" in counters or not {"blocked", "forbidden"} & counters:  # they choose commands
         for row, shown in zip(controller.COMMANDS, commands):
             preferred = [commands[n] for n in row.yields_to] if shown["enabled"] else []
-            enabled = [c["event"]["name"] for c in preferred if c["enabled"]]
+            enabled = [(c["event"]["kind"], c["event"]["name"]) for c in preferred if c["enabled"]]
             # What would replace a goal is waited for by none.
-            shown["waits_for"] = [name for name in enabled if phases.get(name) != "busy"]
+            shown["waits_for"] = [
+                named(kind, name)
+                for kind, name in enabled
+                if kind != "request" or phases.get(name) != "busy"
+            ]
     states = controller.components()
     variables = {**controller.variables(), **stages(states, controller.STAGES)}
     variables, shortened = (jsonable(variables), []) if whole else _short_values(variables)
@@ -328,6 +332,11 @@ def state_document(
     if shortened:
         document["shortened"] = shortened
     return document
+
+
+def named(kind: str, name: str) -> str:
+    """Return the name of a command: that of its communication, of an answer with its kind."""
+    return name if kind == "request" else "%s.%s" % (name, kind)
 
 
 def obstacles(snapshot: dict[str, Any], command: Command) -> list[dict[str, Any]]:

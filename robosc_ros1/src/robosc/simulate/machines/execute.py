@@ -42,13 +42,16 @@ from robosc.supervisor import Supervisor
 _ROUNDING = 1e-9
 """Seconds by which the sum of many periods may miss the end of a wait and still be in it."""
 
+Check: TypeAlias = Callable[[str, str, port.Data], None]
+"""Raises what sending a command, by key and kind, with these data would."""
+
 _Step: TypeAlias = tuple[Event, Given] | float
 
 
 class Clockwork(port.Port):
     """The clock, and the requests that are open; ``check`` raises what sending them would."""
 
-    def __init__(self, check: Callable[[str, port.Data], None] = lambda key, data: None) -> None:
+    def __init__(self, check: Check = lambda *command: None) -> None:
         self._check = check
         self.time = 0.0
         self.open: dict[str, int] = {}
@@ -59,11 +62,11 @@ class Clockwork(port.Port):
     def now(self) -> float:
         return self.time
 
-    def check(self, key: str, data: port.Data) -> None:
-        self._check(key, data)
+    def check(self, key: str, kind: str, data: port.Data) -> None:
+        self._check(key, kind, data)
 
     def send(self, key: str, data: port.Data) -> None:
-        self.check(key, data)  # the recorder has it already
+        self.check(key, "request", data)  # the recorder has it already
 
     def call(self, key: str, data: port.Data, token: int) -> None:
         self.open[key] = token
@@ -90,18 +93,19 @@ class Clockwork(port.Port):
 class _Call(port.WaitingCall):
     """A call of which the recorder has how it ended; ``accepted`` keeps it if it is taken."""
 
-    def __init__(self, accepted: dict[str, port.WaitingCall], key: str) -> None:
+    def __init__(self, accepted: dict[str, port.WaitingCall], key: str, check: Check) -> None:
         self._accepted = accepted
         self._key = key
+        self._check = check
 
     def accept(self) -> None:
         self._accepted[self._key] = self
 
     def report(self, data: Any) -> None:
-        pass
+        self._check(self._key, "feedback", data)
 
     def answer(self, data: Any) -> None:
-        pass
+        self._check(self._key, "response", data)
 
     def refuse(self, text: str, data: Any = None) -> None:
         pass
@@ -114,7 +118,7 @@ class Execution:
         self,
         supervisor: Supervisor,
         settings: Settings,
-        check: Callable[[str, port.Data], None] = lambda key, data: None,
+        check: Check = lambda *command: None,
     ) -> None:
         self.supervisor = supervisor
         self._check = check
@@ -279,7 +283,7 @@ class Execution:
                 f"{machine.label(event)} cannot happen now: {event.name} is {self._phase(event)}"
             )
         if event.kind is EventKind.CALL:
-            self._engine.serve(event.key, given, _Call(self._called, event.key))
+            self._engine.serve(event.key, given, _Call(self._called, event.key, self._clock.check))
         elif event.kind is EventKind.RECALL:
             self._engine.recall(event.key, self._called[event.key])
         else:

@@ -16,6 +16,7 @@ from robosc.language.events import EventKind
 from robosc.model.entities import Robot
 from robosc.plant import automaton, event_values, step
 from robosc.runtime.core.reasons import reason_text
+from robosc.runtime.core.telemetry import named
 from robosc.simulate.faults import InvalidLine
 from robosc.simulate.machines.state import SystemState
 from robosc.simulate.values.event_data import Given, given_text
@@ -89,7 +90,7 @@ def with_preferences(
     """Return the commands, each with those that it waits for. ``phases`` are those of the
     communications by key: what would replace a goal is waited for by none."""
     enabled = {
-        command.event.key: command.event.name
+        command.event.command: named(command.event.kind.word, command.event.name)
         for command in commands
         if command.enabled
         and command.event.kind.sent
@@ -97,9 +98,9 @@ def with_preferences(
     }
 
     def waits_for(event: automaton.Event) -> tuple[str, ...]:
-        if not event.kind.sent or event.key not in enabled:
+        if not event.kind.sent or event.command not in enabled:
             return ()
-        preferred = robot.yields_to.get(event.key, ())
+        preferred = robot.yields_to.get(event.command, ())
         return tuple(name for key, name in enabled.items() if key in preferred)
 
     return [replace(command, waits_for=waits_for(command.event)) for command in commands]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import json
 import random
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -37,7 +37,7 @@ class _Port(execute.Clockwork, SupervisorPort):
     def __init__(
         self,
         blank: Mapping[str, event_data.Given],
-        demand_fitting: Callable[[str, port.Data], None],
+        demand_fitting: execute.Check,
     ) -> None:
         super().__init__()
         self._demand_fitting = demand_fitting
@@ -67,7 +67,7 @@ class _Port(execute.Clockwork, SupervisorPort):
         # An array that was not typed has the length of its field, which typed values do not know.
         whole = {name: value for name, value in data.items() if value != []}
         try:
-            self._demand_fitting(self.asked[id(message)], whole)
+            self._demand_fitting(self.asked[id(message)], "request", whole)
         except InvalidLine as problem:
             raise ValueError(str(problem)) from problem
         return with_fields(message, data)
@@ -96,7 +96,7 @@ class SupervisedExecution(execute.Execution):
         self,
         supervisor: Supervisor,
         settings: Settings,
-        check: Callable[[str, port.Data], None] = lambda key, data: None,
+        check: execute.Check = lambda *command: None,
     ) -> None:
         names = supervisor.plant.robot.display_names
         self._keys = {names[key]: key for key in supervisor.plant.robot.communications}
