@@ -165,22 +165,21 @@ def test_monitors_of_corrected_commands_have_runs(model: Path) -> None:
     assert any(run.cases for run in traces.runs)
 
 
-@pytest.mark.parametrize(
-    ("right", "wrong"),
-    [
+def test_what_decides_corrections_is_shown() -> None:
+    """Each condition of a correction, and each piece of its data, where it makes a difference."""
+    libraries = (EXAMPLES / "gallery" / "libraries",)
+    options = pipeline.Options(supervises=True, library_path=libraries)
+    supervisor = pipeline.synthesize(pipeline.load(LIMITER, options).robot)
+    source, scripts = controller_source(supervisor), scripts_of(supervisor)
+    for right, wrong in (
         ('value["linear.x"] > 0.0 and self.laser_ahead', "self.laser_ahead"),
         ("self.laser_ahead < 0.25:", "self.laser_ahead <= 0.25:"),
         ('        if value["linear.x"] > 0.0:', '        if value["linear.x"] >= 0.0:'),
         ("self.laser_ahead - 0.15, 0.5)", "self.laser_ahead - 0.15, 0.7)"),
         ("self.laser_beside),", "self.laser_ahead),"),
-    ],
-)
-def test_what_decides_corrections_is_shown(right: str, wrong: str) -> None:
-    """Each condition of a correction, and each piece of its data, where it makes a difference."""
-    libraries = (EXAMPLES / "gallery" / "libraries",)
-    options = pipeline.Options(supervises=True, library_path=libraries)
-    supervisor = pipeline.synthesize(pipeline.load(LIMITER, options).robot)
-    assert faults_of(supervisor, right, wrong)
+    ):
+        assert right in source
+        assert tells_apart(supervisor, scripts, source.replace(right, wrong)), wrong
 
 
 RETRIES = """
