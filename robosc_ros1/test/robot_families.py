@@ -5,7 +5,7 @@ from __future__ import annotations
 from families import robot_text
 
 __all__ = [
-    "dining", "lift", "quotas", "riders", "ring", "served_copies", "warehouse", "zones",
+    "dining", "lift", "quotas", "riders", "ring", "served_copies", "track", "warehouse", "zones",
     "zones_by_hand",
 ]  # fmt: skip
 
@@ -223,6 +223,43 @@ def zones_by_hand(n: int, z: int) -> tuple[int, int]:
                     states.add(other)
                     left.append(other)
     return len(states), steps
+
+
+def track(n: int, blocks: int) -> str:
+    """n vehicles on a ring of blocks, which take part in every step: events read all of them."""
+    ring = range(blocks)
+    parts = [
+        f"  component Block{b} {{ behaviour {{\n"
+        f"    {'' if b < n else 'initial '}marked state free {{\n"
+        + "".join(f"      on request to go{i}_{b} goto taken\n" for i in range(n))
+        + f"    }}\n    {'initial ' if b < n else ''}marked state taken {{\n"
+        + "".join(
+            f"      on response from left{i} if Vehicle{i}.behind = {b} and !Vehicle{i}.stands"
+            " goto free\n"
+            for i in range(n)
+        )
+        + "    }\n  } }\n"
+        for b in ring
+    ]
+    parts += [
+        f"  component Vehicle{i} {{\n"
+        + "".join(f"    incoming message go{i}_{b} with type: none\n" for b in ring)
+        + f"    outgoing message left{i} with type: none\n"
+        "    behaviour {\n"
+        f"      variable at: integer(0..{blocks - 1}) = {i}\n"
+        f"      variable behind: integer(0..{blocks - 1}) = {i}\n"
+        "      initial marked state stands {\n"
+        + "".join(
+            f"        on request to go{i}_{b} if at = {(b - 1) % blocks} do at := {b} goto drives\n"
+            for b in ring
+        )
+        + "      }\n"
+        f"      state drives {{ on response from left{i} do behind := at goto stands }}\n"
+        "    }\n"
+        "  }\n"
+        for i in range(n)
+    ]
+    return robot_text("Track", parts)
 
 
 def warehouse(width: int, carts: int) -> str:

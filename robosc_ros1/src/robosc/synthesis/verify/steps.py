@@ -8,6 +8,7 @@ few state variables; they are computed once for each combination of their values
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from math import prod
 from operator import itemgetter
@@ -163,7 +164,12 @@ def read_by(plant: Plant, event: Event) -> set[int]:
 
 
 class EventSteps:
-    """The successors by one event, cached by the state variables that it reads and writes."""
+    """The successors by one event, cached by the state variables that it reads and writes.
+
+    Automata that share an event change variables of their own, and read all values before it. One
+    that reads and writes many variables is therefore taken apart, and what each of its automata
+    does is cached: blocks of a track that wait for one vehicle.
+    """
 
     def __init__(self, plant: Plant, coding: Coding, event: Event) -> None:
         self.event = event
@@ -176,17 +182,34 @@ class EventSteps:
         self.variables = read_by(plant, event) | event.writes
         self._plant = plant
         self._coding = coding
-        few = _size(plant, self.variables) <= _CHUNK
-        self.successors = _cached(self.variables, self._computed) if few else self._computed
+        self._parts: list[Callable[[PlantState], list[int | Verdict]]]
+        self._parts = [partial(self._changes, event)]
+        self.successors: Callable[[PlantState], Successors] = self._computed
+        if _size(plant, self.variables) <= _CHUNK:
+            self.successors = _cached(self.variables, self._computed)
+            return
+        own = [replace(event, automata=(each,), phase=None) for each in event.automata]
+        self._parts = [
+            _cached(read_by(plant, part) | part.writes, partial(self._changes, part))
+            for part in (replace(event, automata=()), *own)
+        ]
 
     def _computed(self, state: PlantState) -> Successors:
         """Return the successors by the event; none if the plant cannot do it."""
-        here = self._coding.encode(state)
         found: list[tuple[int, int | None]] = []
-        for number, values in enumerate(self.valuations):
-            after = outcome(self._plant, self.event, values, state)
-            if not isinstance(after, Verdict):
-                found.append((number, self._coding.encode(after) - here))
-            elif after is Verdict.OUT_OF_RANGE and not self.event.controllable:
+        for number, changes in enumerate(zip(*(part(state) for part in self._parts), strict=True)):
+            inside = [change for change in changes if not isinstance(change, Verdict)]
+            if len(inside) == len(changes):
+                found.append((number, sum(inside)))
+            elif Verdict.IMPOSSIBLE not in changes and not self.event.controllable:
                 found.append((number, None))
         return tuple(found)
+
+    def _changes(self, part: Event, state: PlantState) -> list[int | Verdict]:
+        """Return what a part of the event adds to the state's code, by combination of values."""
+        here = self._coding.encode(state)
+        outcomes = (outcome(self._plant, part, values, state) for values in self.valuations)
+        return [
+            after if isinstance(after, Verdict) else self._coding.encode(after) - here
+            for after in outcomes
+        ]

@@ -13,6 +13,7 @@ computed as well: their conditions read many variables, the plant's events few.
 from __future__ import annotations
 
 import gc
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
@@ -48,12 +49,17 @@ _Take: TypeAlias = Callable[[Relation, Bdd, Bdd], Bdd]
 """From a relation, those of its steps that count, and a set: what they lead to, or come from."""
 
 
-def search_by_sets(supervisor: Supervisor, progress: Progress | None = None) -> Findings:
+def search_by_sets(
+    supervisor: Supervisor, progress: Progress | None = None, turn: int | None = None
+) -> Findings:
     """Return what the search finds, without traces.
 
     Raises:
+        ManyNodes: it takes more than ``turn`` nodes, garbage included.
         StateSpaceError: an event or a condition reads too much, or the diagrams grow too large.
     """
+    if turn is not None:
+        return _Proof(supervisor, progress, supervisor.opposite_order, turn, turn).found()
     return _proved(supervisor, progress, _Proof.found)
 
 
@@ -84,7 +90,7 @@ def reached_values(
             values = list(islice(proof.sets.values(reached, groups[number]), limit + 1))
             left -= min(len(values), limit)
             found[number] = values if len(values) <= limit else None
-    except (_TooManyNodesError, MemoryError):
+    except (ManyNodes, MemoryError):
         raise StateSpaceError("the sets of states are too large to look at their values") from None
     return [found[number] for number in range(len(groups))]
 
@@ -98,7 +104,7 @@ def _proved(
         for reverse in tuple(directions):
             try:
                 return what(_Proof(supervisor, progress, reverse, most))
-            except _TooManyNodesError:
+            except ManyNodes:
                 pass
             except MemoryError:
                 directions.remove(reverse)
@@ -106,15 +112,20 @@ def _proved(
     raise StateSpaceError("verification ran out of the memory that it may use")
 
 
-class _TooManyNodesError(Exception):
+class ManyNodes(Exception):
     """The other direction of the order of variables may need fewer."""
 
 
 class _Proof:
     def __init__(
-        self, supervisor: Supervisor, progress: Progress | None, reverse: bool, most_nodes: int
+        self,
+        supervisor: Supervisor,
+        progress: Progress | None,
+        reverse: bool,
+        most_nodes: int,
+        turn: float = math.inf,
     ) -> None:
-        self._supervisor, self._most_nodes = supervisor, most_nodes
+        self._supervisor, self._most_nodes, self._turn = supervisor, most_nodes, turn
         self.plant: Plant = supervisor.plant
         gc.collect()  # frees diagrams, also those of synthesis, before there are others
         self.sets = StateSets(self.plant, reverse)
@@ -145,8 +156,8 @@ class _Proof:
         return self.manager.union([*failing, *(r.escapes for r in self.relations)])
 
     def tick(self, part: Bdd, place: int) -> None:
-        if self.manager.in_use > self._most_nodes:
-            raise _TooManyNodesError
+        if self.manager.in_use > self._most_nodes or self.manager.nodes > self._turn:
+            raise ManyNodes
         if self._progress is not None and (now := time.monotonic()) >= self._again:
             self._again = now + _SECONDS
             self._progress("verification", self.sets.count_from(place, part), self.sets.most)
