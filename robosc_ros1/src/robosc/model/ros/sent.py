@@ -11,6 +11,7 @@ from robosc.model import diagnostics, entities
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.interfaces import (
     INTEGERS,
+    WORDS,
     Definition,
     Field,
     FieldType,
@@ -40,20 +41,15 @@ def misfit(type_: types.Type, field: FieldType, sending: bool) -> tuple[str, str
 
 
 def _kind_fits(type_: types.Type, field: FieldType, sending: bool) -> bool:
-    base = field.base
-    floating = base in ("float32", "float64")
+    word = WORDS.get(field.base)
     match type_:
-        case types.BooleanType():
-            return base == "bool"
-        case types.StringType():
-            return base == "string"
         case types.IntegerType():
-            return base in INTEGERS or (sending and floating)
+            return word == "integer" or (sending and word == "double")
         case types.DoubleType():
-            return floating or (not sending and base in INTEGERS)
+            return word == "double" or (not sending and word == "integer")
         case types.ObjectType():
             return field.is_message
-    return False
+    return word == str(type_)
 
 
 def _kind_words(type_: types.Type, field: FieldType) -> str:
