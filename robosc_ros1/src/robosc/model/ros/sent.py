@@ -8,22 +8,13 @@ from robosc.expr import evaluation, types
 from robosc.expr.tree import Expr, ParameterRef, VariableRef
 from robosc.expr.types import IntegerType
 from robosc.model import diagnostics, entities
+from robosc.model.ros import interfaces
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
-from robosc.model.ros.interfaces import (
-    INTEGERS,
-    WORDS,
-    Definition,
-    Field,
-    FieldType,
-    Folder,
-    Interface,
-    Missing,
-)
 
 # The check that a type of the model fits a field of a message.
 
 
-def misfit(type_: types.Type, field: FieldType, sending: bool) -> tuple[str, str] | None:
+def misfit(type_: types.Type, field: interfaces.FieldType, sending: bool) -> tuple[str, str] | None:
     """Code and text of the error that a type does not fit a field; None if it fits."""
     if isinstance(type_, types.EnumType):
         return misfit(type_.source, field, sending)
@@ -40,8 +31,8 @@ def misfit(type_: types.Type, field: FieldType, sending: bool) -> tuple[str, str
     return None
 
 
-def _kind_fits(type_: types.Type, field: FieldType, sending: bool) -> bool:
-    word = WORDS.get(field.base)
+def _kind_fits(type_: types.Type, field: interfaces.FieldType, sending: bool) -> bool:
+    word = interfaces.WORDS.get(field.base)
     match type_:
         case types.IntegerType():
             return word == "integer" or (sending and word == "double")
@@ -52,8 +43,8 @@ def _kind_fits(type_: types.Type, field: FieldType, sending: bool) -> bool:
     return word == str(type_)
 
 
-def _kind_words(type_: types.Type, field: FieldType) -> str:
-    if isinstance(type_, types.DoubleType) and field.base in INTEGERS:
+def _kind_words(type_: types.Type, field: interfaces.FieldType) -> str:
+    if isinstance(type_, types.DoubleType) and field.base in interfaces.INTEGERS:
         return "a double cannot be sent through it; use integer"
     if isinstance(type_, types.IntegerType) and field.base in ("float32", "float64"):
         return "the field is not an integer; use double"
@@ -64,17 +55,19 @@ def _kind_words(type_: types.Type, field: FieldType) -> str:
     return f"{type_} does not fit"
 
 
-def too_wide(bounds: tuple[int, int], field: FieldType, what: str) -> tuple[str, str] | None:
+def too_wide(
+    bounds: tuple[int, int], field: interfaces.FieldType, what: str
+) -> tuple[str, str] | None:
     """Code and text of the error that a range does not fit a field of integers, or None."""
-    if field.base not in INTEGERS:
+    if field.base not in interfaces.INTEGERS:
         return None
-    low, high = INTEGERS[field.base]
+    low, high = interfaces.INTEGERS[field.base]
     if low <= bounds[0] and bounds[1] <= high:
         return None
     return "field-range", f"it takes {low} to {high}, {what} does not fit"
 
 
-def _sent_part(interface: Interface, command: entities.Command) -> Definition:
+def _sent_part(interface: interfaces.Interface, command: entities.Command) -> interfaces.Definition:
     """The part of a definition with the data that a command carries."""
     return interface.parts[command.communication.sort.parts.index(command.direction)]
 
@@ -90,29 +83,33 @@ class SentData:
     def is_for_ros2(self) -> bool:
         return self._definitions.are_for_ros2
 
-    def field_of(self, command: entities.Command, path: Sequence[str | int]) -> Field | None:
+    def field_of(
+        self, command: entities.Command, path: Sequence[str | int]
+    ) -> interfaces.Field | None:
         """The field of a command's data at a path; None if no definition is installed."""
         communication = command.communication
         interface = self._interface(communication.binding, communication.sort.folder)
         definition = None if interface is None else _sent_part(interface, command)
-        field: Field | None = None
+        field: interfaces.Field | None = None
         for step in path or (command.field or "",):
             if isinstance(step, int):
                 field = field and field.element(step)
                 continue
             if field is not None:
                 inner = self._definitions.fields(field.type)
-                definition = inner if isinstance(inner, Definition) else None
+                definition = inner if isinstance(inner, interfaces.Definition) else None
             field = None if definition is None else definition.field(step)
         return field
 
-    def _interface(self, binding: entities.Binding, folder: Folder) -> Interface | None:
+    def _interface(
+        self, binding: entities.Binding, folder: interfaces.Folder
+    ) -> interfaces.Interface | None:
         if not binding.found:
             return None
         interface = self._definitions.interface(binding.package, binding.type, folder)
-        if isinstance(interface, Missing) and folder == "msg":
+        if isinstance(interface, interfaces.Missing) and folder == "msg":
             interface = next((i for i in BASIC.values() if i.type == binding.type), interface)
-        return None if isinstance(interface, Missing) else interface
+        return None if isinstance(interface, interfaces.Missing) else interface
 
     def check(self, data: entities.Data, command: entities.Command) -> None:
         """Check the data of a provide statement for a command."""
@@ -127,17 +124,17 @@ class SentData:
         elif carrier and (field := definition.field(carrier)):
             self._value(data, field.type, f"{definition.name}.{field.name}")
 
-    def _object(self, data: entities.DataObject, definition: Definition) -> None:
+    def _object(self, data: entities.DataObject, definition: interfaces.Definition) -> None:
         for name, value in data.fields:
             field = definition.field(name)
             if field is not None:
                 self._value(value, field.type, f"{definition.name}.{name}")
 
-    def _value(self, data: entities.Data, field: FieldType, name: str) -> None:
+    def _value(self, data: entities.Data, field: interfaces.FieldType, name: str) -> None:
         match data:
             case entities.DataObject():
                 nested = self._definitions.fields(field)
-                if isinstance(nested, Definition):
+                if isinstance(nested, interfaces.Definition):
                     self._object(data, nested)
             case entities.DataArray(elements=elements, span=span):
                 if field.length is not None and field.length != len(elements):
@@ -151,7 +148,7 @@ class SentData:
             case _:
                 self._number(data, field, name)
 
-    def _number(self, expr: Expr, field: FieldType, name: str) -> None:
+    def _number(self, expr: Expr, field: interfaces.FieldType, name: str) -> None:
         bounds: tuple[int, int] | None = None
         value = evaluation.constant(expr)
         if type(value) is int:
