@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from robosc.expr import evaluation, types
 from robosc.expr.tree import Expr, ParameterRef, VariableRef
 from robosc.expr.types import IntegerType
+from robosc.language.events import Direction
 from robosc.model import diagnostics, entities
 from robosc.model.ros import interfaces
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
@@ -67,9 +68,19 @@ def too_wide(
     return "field-range", f"it takes {low} to {high}, {what} does not fit"
 
 
-def _sent_part(interface: interfaces.Interface, command: entities.Command) -> interfaces.Definition:
-    """The part of a definition with the data that a command carries."""
-    return interface.parts[command.communication.sort.parts.index(command.direction)]
+def carrier(
+    definitions: MessageDefinitions, communication: entities.Communication, direction: Direction
+) -> interfaces.Definition | None:
+    """The part of a communication's definition with its data in a direction; None if there is no
+    definition. Those of basic types need not be installed."""
+    package, type_ = communication.binding.package, communication.binding.type
+    found = definitions.interface(package, type_, communication.sort.folder)
+    if isinstance(found, interfaces.Missing):
+        basic = (i for i in BASIC.values() if (i.package, i.type) == (package, type_))
+        if (built_in := next(basic, None)) is None:
+            return None
+        found = built_in
+    return found.parts[communication.sort.parts.index(direction)]
 
 
 class SentData:
@@ -87,9 +98,7 @@ class SentData:
         self, command: entities.Command, path: Sequence[str | int]
     ) -> interfaces.Field | None:
         """The field of a command's data at a path; None if no definition is installed."""
-        communication = command.communication
-        interface = self._interface(communication.binding, communication.sort.folder)
-        definition = None if interface is None else _sent_part(interface, command)
+        definition = self._carrier(command)
         field: interfaces.Field | None = None
         for step in path or (command.field or "",):
             if isinstance(step, int):
@@ -101,27 +110,17 @@ class SentData:
             field = None if definition is None else definition.field(step)
         return field
 
-    def _interface(
-        self, binding: entities.Binding, folder: interfaces.Folder
-    ) -> interfaces.Interface | None:
-        if not binding.found:
+    def _carrier(self, command: entities.Command) -> interfaces.Definition | None:
+        if not command.communication.binding.found:
             return None
-        interface = self._definitions.interface(binding.package, binding.type, folder)
-        if isinstance(interface, interfaces.Missing) and folder == "msg":
-            interface = next((i for i in BASIC.values() if i.type == binding.type), interface)
-        return None if isinstance(interface, interfaces.Missing) else interface
+        return carrier(self._definitions, command.communication, command.direction)
 
     def check(self, data: entities.Data, command: entities.Command) -> None:
         """Check the data of a provide statement for a command."""
-        communication = command.communication
-        interface = self._interface(communication.binding, communication.sort.folder)
-        if interface is None:
-            return
-        definition = _sent_part(interface, command)
-        carrier = command.field
-        if isinstance(data, entities.DataObject):
+        definition = self._carrier(command)
+        if definition is not None and isinstance(data, entities.DataObject):
             self._object(data, definition)
-        elif carrier and (field := definition.field(carrier)):
+        elif definition is not None and (field := definition.field(command.field or "")):
             self._value(data, field.type, f"{definition.name}.{field.name}")
 
     def _object(self, data: entities.DataObject, definition: interfaces.Definition) -> None:
