@@ -280,6 +280,11 @@ MIRRORED: Mapping[str, str] = {
 }  # fmt: skip
 """The comparison that is equivalent with its operands exchanged."""
 
+OPPOSITE: Mapping[str, str] = {
+    "=": "!=", "!=": "=", "<": ">=", "<=": ">", ">": "<=", ">=": "<",
+}  # fmt: skip
+"""The comparison that holds where one does not, but for values that are no numbers."""
+
 
 def symbols(*, words: bool) -> tuple[str, ...]:
     """Return the operators spelt as words, or those that are signs, longest first."""

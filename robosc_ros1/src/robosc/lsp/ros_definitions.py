@@ -10,7 +10,7 @@ from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
 from robosc.model.file_resolver import FileContents
 from robosc.model.names.tables import CommunicationInfo
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
-from robosc.model.ros.interfaces import INTEGERS, KINDS, Definition, Field, FieldType, Interface
+from robosc.model.ros.interfaces import KINDS, WORDS, Definition, Field, FieldType, Interface
 from robosc.model.ros.sent import misfit
 from robosc.source import Source, Span
 from robosc.syntax.nodes import InterfaceNode
@@ -126,17 +126,8 @@ def field_place(file: Path, part: int, name: str) -> Span:
 
 def model_type(field: FieldType) -> str:
     """The type of the language that fits a field; a message becomes an object of its name."""
-    base = field.base
-    if base in INTEGERS:
-        word = "integer"
-    elif base == "bool":
-        word = "boolean"
-    elif base in ("float32", "float64"):
-        word = "double"
-    elif base == "string":
-        word = "string"
-    else:
-        word = base.rpartition("/")[2].capitalize() if "/" not in base else base.rpartition("/")[2]
+    package, _, name = field.base.rpartition("/")
+    word = WORDS.get(field.base) or (name if package else name.capitalize())
     return f"array({word})" if field.is_array else word
 
 

@@ -6,20 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 from robosc.language.keywords import escape
-from robosc.model.ros.interfaces import INTEGERS, PARTS, Definition, FieldType, Folder
+from robosc.model.ros.definitions import TIMES
+from robosc.model.ros.interfaces import PARTS, WORDS, Definition, FieldType, Folder
 
-_BASIC = {
-    "bool": "boolean", "string": "string", "float32": "double", "float64": "double",
-    **dict.fromkeys(INTEGERS, "integer"),
-}  # fmt: skip
-_TIMES = {
-    "time": Definition.of("time", [("secs", "uint32"), ("nsecs", "uint32")]),
-    "duration": Definition.of("duration", [("secs", "int32"), ("nsecs", "int32")]),
-    "builtin_interfaces/Time": Definition.of("Time", [("sec", "int32"), ("nanosec", "uint32")]),
-    "builtin_interfaces/Duration": Definition.of(
-        "Duration", [("sec", "int32"), ("nanosec", "uint32")]
-    ),
-}
+_TIMES = {of.name: of for both in TIMES.values() for of in both.values()}
 _ATTRIBUTES: Mapping[Folder, tuple[str, ...]] = {
     "msg": ("type",), "srv": ("request", "response"), "action": ("request", "response", "feedback"),
 }  # fmt: skip
@@ -81,5 +71,5 @@ class DeclaredTypes:
                 yield f"{escape(field.name)}: {type_}"
 
     def _field(self, field: FieldType) -> str:
-        base = _BASIC.get(field.base) or self._object(self._definitions.get(field.base))
+        base = WORDS.get(field.base) or self._object(self._definitions.get(field.base))
         return f"array({base})" if field.is_array and base != "none" else base

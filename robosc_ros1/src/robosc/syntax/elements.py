@@ -23,13 +23,7 @@ from pyparsing import (
 )
 
 from robosc.language.tokens import pattern
-from robosc.syntax.parse_state import Build, Form, ParseState, Stop
-from robosc.syntax.pyparsing_names import (
-    leave_whitespace,
-    parse_string,
-    set_name,
-    set_parse_action,
-)
+from robosc.syntax import parse_state, pyparsing_names
 
 
 class Unfinished(str):
@@ -56,7 +50,7 @@ def expectations(rule: ParserElement, kinds: str) -> tuple[tuple[str, ...], list
     """What may follow the kinds of an unfinished declaration; its parts if it could end there."""
     unfinished = Unfinished(kinds)
     try:
-        *parts, end = parse_string(rule, unfinished)
+        *parts, end = pyparsing_names.parse_string(rule, unfinished)
     except ParseBaseException:
         parts, end = [], -1
     whole = [part for part in parts if type(part) is not str] if end == len(kinds) else None
@@ -72,19 +66,21 @@ class _Terminal(Regex):
         return super().parseImpl(instring, loc, do_actions)
 
 
-def terminal(kinds: str, expected: str, build: Build | None = None) -> ParserElement:
+def terminal(kinds: str, expected: str, build: parse_state.Build | None = None) -> ParserElement:
     """Tokens that match a pattern (see :func:`~robosc.language.tokens.pattern`).
 
     Without ``build`` they leave no part behind, as keywords and punctuation do.
     """
-    element = set_name(leave_whitespace(_Terminal(pattern(kinds))), expected)
+    element = pyparsing_names.set_name(
+        pyparsing_names.leave_whitespace(_Terminal(pattern(kinds))), expected
+    )
     if build is None:
         return element
 
-    def leave(kinds: str, loc: int, found: ParseResults) -> Form:
-        return Form(build, loc, loc + len(found[0]), [])
+    def leave(kinds: str, loc: int, found: ParseResults) -> parse_state.Form:
+        return parse_state.Form(build, loc, loc + len(found[0]), [])
 
-    return set_parse_action(element, leave)
+    return pyparsing_names.set_parse_action(element, leave)
 
 
 def keyword(word: str, expected: str = "") -> ParserElement:
@@ -102,7 +98,7 @@ def label(word: str) -> ParserElement:
     return terminal(f"{word} ':'", f"'{word}:'")
 
 
-def _word(reading: ParseState, start: int, end: int, parts: list[Any]) -> str:
+def _word(reading: parse_state.ParseState, start: int, end: int, parts: list[Any]) -> str:
     return reading.text(start)
 
 
@@ -113,7 +109,7 @@ def choice(words: str, expected: str) -> ParserElement:
 
 def either(alternatives: Sequence[ParserElement], expected: str) -> ParserElement:
     """The first of the alternatives that matches."""
-    return set_name(MatchFirst(alternatives), expected)
+    return pyparsing_names.set_name(MatchFirst(alternatives), expected)
 
 
 def maybe(part: ParserElement, default: Any = None) -> ParserElement:
@@ -141,28 +137,30 @@ class _Later(ParseElementEnhance):
 
 def later(make: Callable[[], ParserElement]) -> ParserElement:
     """A rule that is made where a text first comes to it: it may contain itself, and be large."""
-    return set_name(_Later(make), "…")  # version 2.4 of pyparsing shows it without being asked
+    return pyparsing_names.set_name(
+        _Later(make), "…"
+    )  # version 2.4 of pyparsing shows it without being asked
 
 
 def nothing() -> ParserElement:
     """The empty sequence of tokens."""
-    return leave_whitespace(Empty())
+    return pyparsing_names.leave_whitespace(Empty())
 
 
 def ended(rule: ParserElement) -> ParserElement:
     """The rule; leaves the index of the token behind it as its last part."""
-    end = set_parse_action(nothing(), lambda kinds, loc, found: [loc])
+    end = pyparsing_names.set_parse_action(nothing(), lambda kinds, loc, found: [loc])
     return rule + end
 
 
-def built(rule: ParserElement, build: Build) -> ParserElement:
+def built(rule: ParserElement, build: parse_state.Build) -> ParserElement:
     """A rule whose parts become one node, made by ``build``."""
 
-    def leave(kinds: str, loc: int, found: ParseResults) -> Form:
+    def leave(kinds: str, loc: int, found: ParseResults) -> parse_state.Form:
         *parts, end = found
-        return Form(build, loc, end, [part for part in parts if type(part) is not str])
+        return parse_state.Form(build, loc, end, [part for part in parts if type(part) is not str])
 
-    return set_parse_action(ended(rule), leave)
+    return pyparsing_names.set_parse_action(ended(rule), leave)
 
 
 def nested(make: Callable[[ParserElement], ParserElement], limit: int, what: str) -> ParserElement:
@@ -178,6 +176,6 @@ def refused(element: ParserElement, limit: int, what: str) -> ParserElement:
 
     def refuse(kinds: str, loc: int, found: ParseResults) -> None:
         at = loc + sum(map(len, found))
-        raise Stop(kinds, at, f"{what} nested more than {limit} deep", code="too-deep")
+        raise parse_state.Stop(kinds, at, f"{what} nested more than {limit} deep", code="too-deep")
 
-    return set_parse_action(element, refuse)
+    return pyparsing_names.set_parse_action(element, refuse)

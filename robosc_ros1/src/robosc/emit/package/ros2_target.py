@@ -14,17 +14,9 @@ from robosc.emit.package import readme, target
 from robosc.emit.package.config import DEFAULTS, Config, declared_communications, shared_topics
 from robosc.emit.package.package import Mode, Package
 from robosc.errors import UsageError
-from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.runtime.core.qos import qos_parameters
 from robosc.supervisor import Supervisor
-
-_FOLDERS = {
-    Kind.SERVICE: "srv",
-    Kind.SERVED_SERVICE: "srv",
-    Kind.ACTION: "action",
-    Kind.SERVED_ACTION: "action",
-}
 
 
 def emit(
@@ -50,7 +42,7 @@ def _demand_one_type_per_topic(robot: Robot) -> None:
     it, and not say why."""
     topics: dict[str, Communication] = {}
     for communication in robot.communications.values():
-        if communication.kind in _FOLDERS:
+        if communication.sort.folder != "msg":
             continue
         other = topics.setdefault(communication.ros_name, communication)
         if _interface(other) != _interface(communication):
@@ -63,7 +55,7 @@ def _demand_one_type_per_topic(robot: Robot) -> None:
 
 
 def _module(communication: Communication) -> str:
-    return f"{communication.binding.package}.{_FOLDERS.get(communication.kind, 'msg')}"
+    return f"{communication.binding.package}.{communication.sort.folder}"
 
 
 def _interface(communication: Communication) -> str:

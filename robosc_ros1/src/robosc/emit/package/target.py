@@ -65,17 +65,6 @@ TOLD: dict[Mode, list[str]] = {
 }
 """The topics on which a node tells what it judges."""
 
-_FIELDS = {
-    EventKind.RESPONSE: "response_field",
-    EventKind.ERROR: "response_field",
-    EventKind.FEEDBACK: "feedback_field",
-    EventKind.REQUEST: "request_field",
-    EventKind.CALL: "request_field",
-    EventKind.ANSWER: "response_field",
-    EventKind.PROGRESS: "feedback_field",
-}
-"""The field of a value that is no object, by the event that brings it."""
-
 
 def communications_under_test(robot: Robot) -> dict[str, dict[str, Any]]:
     """By name: the key of a communication, its kind, and by event the field of a plain value."""
@@ -98,7 +87,7 @@ def read_when_failed(robot: Robot) -> list[str]:
 def _fields(communication: Communication) -> dict[str, str]:
     found = {}
     for sort in communication.sort.events:
-        field = getattr(communication.binding, _FIELDS.get(sort.kind, ""), None)
+        field = getattr(communication.binding, f"{sort.brings}_field", None)
         if field is not None:
             found[sort.kind.word] = field
     return found

@@ -12,13 +12,13 @@ from robosc import dotted, errors, limits
 from robosc.expr import evaluation, traversal, tree, types
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, PhaseRef, StateRef, VariableRef
+from robosc.language.operators import MIRRORED
 from robosc.model.automata import Behaviour, Transition
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Component
 from robosc.model.typing.command_values import fold_text
 
 _Case: TypeAlias = Mapping[tree.Leaf, types.Value]
-_COMPARING = ("=", "!=", "<", "<=", ">", ">=")
 
 
 def hold_together(guards: Sequence[tree.Expr], states: Mapping[str, Sequence[str]]) -> bool | None:
@@ -102,7 +102,7 @@ def _telling(leaf: tree.Leaf, guards: Sequence[tree.Expr]) -> list[types.Value] 
 
 def _compared(part: tree.Expr, leaf: tree.Leaf) -> Iterator[types.Value]:
     """The constant with which a comparison compares the leaf."""
-    if isinstance(part, tree.Binary) and part.operator in _COMPARING:
+    if isinstance(part, tree.Binary) and part.operator in MIRRORED:
         for one, other in ((part.left, part.right), (part.right, part.left)):
             if one == leaf and isinstance(other, tree.Literal) and other.value is not None:
                 yield other.value

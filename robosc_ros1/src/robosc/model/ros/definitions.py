@@ -85,7 +85,7 @@ Built in, so that models can be checked without ROS.
 """
 
 
-_TIMES = {
+TIMES = {
     "1": {
         "time": Definition.of("time", [("secs", "uint32"), ("nsecs", "uint32")]),
         "duration": Definition.of("duration", [("secs", "int32"), ("nsecs", "int32")]),
@@ -164,12 +164,12 @@ class MessageDefinitions:
 
     def fields(self, type_: FieldType) -> Definition | Missing | None:
         """The definition of a field's type, if that is a message; None for built-in types."""
-        if type_.base in _TIMES["1"]:
-            return _TIMES[self._ros_version or "1"][type_.base]
+        if type_.base in TIMES["1"]:
+            return TIMES[self._ros_version or "1"][type_.base]
         if not type_.is_message:
             return None
         if self._ros_version is not None and type_.base in _IN_ROS_1:
-            return _TIMES[self._ros_version][_IN_ROS_1[type_.base]]
+            return TIMES[self._ros_version][_IN_ROS_1[type_.base]]
         package, _, name = type_.base.partition("/")
         interface = self.interface(package, name, "msg")
         return interface if isinstance(interface, Missing) else interface.parts[0]

@@ -29,6 +29,12 @@ INTEGERS: Mapping[str, tuple[int, int]] = {
 }
 """The least and greatest value of each integer type; byte and char are int8 and uint8 in ROS 1."""
 
+WORDS: Mapping[str, str] = {
+    **dict.fromkeys(INTEGERS, "integer"), "bool": "boolean", "string": "string",
+    "float32": "double", "float64": "double",
+}  # fmt: skip
+"""The type of the language for each built-in type but points in time and durations."""
+
 
 @dataclass(frozen=True, slots=True)
 class FieldType:

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 
 from robosc import remedies
 from robosc.expr.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
-from robosc.language.events import Direction
+from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.checks.used_fields import Path, Usage
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
 from robosc.model.entities import Binding
+from robosc.model.names.occurrences import kind_of
 from robosc.model.ros import object_types, sent
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.interfaces import KINDS, Definition, FieldType, Interface, Missing
@@ -81,7 +82,7 @@ class Binder:
             return self._default(key, node, parts)
         package, type_ = interface.package.text, interface.type.text
         self._looked_up.add(interface)
-        folder = object_types.FOLDERS[type(node)]
+        folder = COMMUNICATIONS[kind_of(node)].folder
         found = self._definitions.interface(package, type_, folder)
         if isinstance(found, Missing):
             kind = KINDS[folder]

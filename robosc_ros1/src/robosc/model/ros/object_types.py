@@ -10,17 +10,6 @@ from collections.abc import Iterator, Mapping
 from robosc.expr import types
 from robosc.model.ros import interfaces
 from robosc.model.ros.definitions import MessageDefinitions
-from robosc.syntax import nodes
-
-FOLDERS: Mapping[type[nodes.CommunicationNode], interfaces.Folder] = {
-    nodes.MessageNode: "msg",
-    nodes.TransformNode: "msg",
-    nodes.ServiceNode: "srv",
-    nodes.ServedServiceNode: "srv",
-    nodes.ActionNode: "action",
-    nodes.ServedActionNode: "action",
-}
-"""The folder of the definition of each kind of communication."""
 
 _ROS = ""
 """The origin of types that no model declares."""
@@ -116,15 +105,8 @@ class RosTypes:
 
     def _element(self, field: interfaces.FieldType) -> types.Type | interfaces.Missing:
         base = field.base
-        if base in interfaces.INTEGERS:
-            return types.IntegerType()
-        match base:
-            case "bool":
-                return types.BooleanType()
-            case "float32" | "float64":
-                return types.DoubleType()
-            case "string":
-                return types.StringType()
+        if base in interfaces.WORDS:
+            return types.TYPES_BY_WORD[interfaces.WORDS[base]]
         nested = self.definitions.fields(field.element)
         if nested is None:
             return interfaces.Missing("faulty", base, detail=f"the type {base} is not known")

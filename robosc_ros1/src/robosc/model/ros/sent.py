@@ -7,22 +7,15 @@ from collections.abc import Sequence
 from robosc.expr import evaluation, types
 from robosc.expr.tree import Expr, ParameterRef, VariableRef
 from robosc.expr.types import IntegerType
+from robosc.language.events import Direction
 from robosc.model import diagnostics, entities
+from robosc.model.ros import interfaces
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
-from robosc.model.ros.interfaces import (
-    INTEGERS,
-    Definition,
-    Field,
-    FieldType,
-    Folder,
-    Interface,
-    Missing,
-)
 
 # The check that a type of the model fits a field of a message.
 
 
-def misfit(type_: types.Type, field: FieldType, sending: bool) -> tuple[str, str] | None:
+def misfit(type_: types.Type, field: interfaces.FieldType, sending: bool) -> tuple[str, str] | None:
     """Code and text of the error that a type does not fit a field; None if it fits."""
     if isinstance(type_, types.EnumType):
         return misfit(type_.source, field, sending)
@@ -39,25 +32,20 @@ def misfit(type_: types.Type, field: FieldType, sending: bool) -> tuple[str, str
     return None
 
 
-def _kind_fits(type_: types.Type, field: FieldType, sending: bool) -> bool:
-    base = field.base
-    floating = base in ("float32", "float64")
+def _kind_fits(type_: types.Type, field: interfaces.FieldType, sending: bool) -> bool:
+    word = interfaces.WORDS.get(field.base)
     match type_:
-        case types.BooleanType():
-            return base == "bool"
-        case types.StringType():
-            return base == "string"
         case types.IntegerType():
-            return base in INTEGERS or (sending and floating)
+            return word == "integer" or (sending and word == "double")
         case types.DoubleType():
-            return floating or (not sending and base in INTEGERS)
+            return word == "double" or (not sending and word == "integer")
         case types.ObjectType():
             return field.is_message
-    return False
+    return word == str(type_)
 
 
-def _kind_words(type_: types.Type, field: FieldType) -> str:
-    if isinstance(type_, types.DoubleType) and field.base in INTEGERS:
+def _kind_words(type_: types.Type, field: interfaces.FieldType) -> str:
+    if isinstance(type_, types.DoubleType) and field.base in interfaces.INTEGERS:
         return "a double cannot be sent through it; use integer"
     if isinstance(type_, types.IntegerType) and field.base in ("float32", "float64"):
         return "the field is not an integer; use double"
@@ -68,19 +56,31 @@ def _kind_words(type_: types.Type, field: FieldType) -> str:
     return f"{type_} does not fit"
 
 
-def too_wide(bounds: tuple[int, int], field: FieldType, what: str) -> tuple[str, str] | None:
+def too_wide(
+    bounds: tuple[int, int], field: interfaces.FieldType, what: str
+) -> tuple[str, str] | None:
     """Code and text of the error that a range does not fit a field of integers, or None."""
-    if field.base not in INTEGERS:
+    if field.base not in interfaces.INTEGERS:
         return None
-    low, high = INTEGERS[field.base]
+    low, high = interfaces.INTEGERS[field.base]
     if low <= bounds[0] and bounds[1] <= high:
         return None
     return "field-range", f"it takes {low} to {high}, {what} does not fit"
 
 
-def _sent_part(interface: Interface, command: entities.Command) -> Definition:
-    """The part of a definition with the data that a command carries."""
-    return interface.parts[command.communication.sort.parts.index(command.direction)]
+def carrier(
+    definitions: MessageDefinitions, communication: entities.Communication, direction: Direction
+) -> interfaces.Definition | None:
+    """The part of a communication's definition with its data in a direction; None if there is no
+    definition. Those of basic types need not be installed."""
+    package, type_ = communication.binding.package, communication.binding.type
+    found = definitions.interface(package, type_, communication.sort.folder)
+    if isinstance(found, interfaces.Missing):
+        basic = (i for i in BASIC.values() if (i.package, i.type) == (package, type_))
+        if (built_in := next(basic, None)) is None:
+            return None
+        found = built_in
+    return found.parts[communication.sort.parts.index(direction)]
 
 
 class SentData:
@@ -94,54 +94,46 @@ class SentData:
     def is_for_ros2(self) -> bool:
         return self._definitions.are_for_ros2
 
-    def field_of(self, command: entities.Command, path: Sequence[str | int]) -> Field | None:
+    def field_of(
+        self, command: entities.Command, path: Sequence[str | int]
+    ) -> interfaces.Field | None:
         """The field of a command's data at a path; None if no definition is installed."""
-        communication = command.communication
-        interface = self._interface(communication.binding, communication.sort.folder)
-        definition = None if interface is None else _sent_part(interface, command)
-        field: Field | None = None
+        definition = self._carrier(command)
+        field: interfaces.Field | None = None
         for step in path or (command.field or "",):
             if isinstance(step, int):
                 field = field and field.element(step)
                 continue
             if field is not None:
                 inner = self._definitions.fields(field.type)
-                definition = inner if isinstance(inner, Definition) else None
+                definition = inner if isinstance(inner, interfaces.Definition) else None
             field = None if definition is None else definition.field(step)
         return field
 
-    def _interface(self, binding: entities.Binding, folder: Folder) -> Interface | None:
-        if not binding.found:
+    def _carrier(self, command: entities.Command) -> interfaces.Definition | None:
+        if not command.communication.binding.found:
             return None
-        interface = self._definitions.interface(binding.package, binding.type, folder)
-        if isinstance(interface, Missing) and folder == "msg":
-            interface = next((i for i in BASIC.values() if i.type == binding.type), interface)
-        return None if isinstance(interface, Missing) else interface
+        return carrier(self._definitions, command.communication, command.direction)
 
     def check(self, data: entities.Data, command: entities.Command) -> None:
         """Check the data of a provide statement for a command."""
-        communication = command.communication
-        interface = self._interface(communication.binding, communication.sort.folder)
-        if interface is None:
-            return
-        definition = _sent_part(interface, command)
-        carrier = command.field
-        if isinstance(data, entities.DataObject):
+        definition = self._carrier(command)
+        if definition is not None and isinstance(data, entities.DataObject):
             self._object(data, definition)
-        elif carrier and (field := definition.field(carrier)):
+        elif definition is not None and (field := definition.field(command.field or "")):
             self._value(data, field.type, f"{definition.name}.{field.name}")
 
-    def _object(self, data: entities.DataObject, definition: Definition) -> None:
+    def _object(self, data: entities.DataObject, definition: interfaces.Definition) -> None:
         for name, value in data.fields:
             field = definition.field(name)
             if field is not None:
                 self._value(value, field.type, f"{definition.name}.{name}")
 
-    def _value(self, data: entities.Data, field: FieldType, name: str) -> None:
+    def _value(self, data: entities.Data, field: interfaces.FieldType, name: str) -> None:
         match data:
             case entities.DataObject():
                 nested = self._definitions.fields(field)
-                if isinstance(nested, Definition):
+                if isinstance(nested, interfaces.Definition):
                     self._object(data, nested)
             case entities.DataArray(elements=elements, span=span):
                 if field.length is not None and field.length != len(elements):
@@ -155,7 +147,7 @@ class SentData:
             case _:
                 self._number(data, field, name)
 
-    def _number(self, expr: Expr, field: FieldType, name: str) -> None:
+    def _number(self, expr: Expr, field: interfaces.FieldType, name: str) -> None:
         bounds: tuple[int, int] | None = None
         value = evaluation.constant(expr)
         if type(value) is int:

@@ -165,7 +165,6 @@ class Parts:
 # Comparisons that the range of a parameter decides, whatever its value is.
 
 
-_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
 _ALWAYS: Mapping[str, Callable[[float, float, float], bool]] = {
     "<": lambda low, high, limit: high < limit,
     "<=": lambda low, high, limit: high <= limit,
@@ -174,7 +173,6 @@ _ALWAYS: Mapping[str, Callable[[float, float, float], bool]] = {
     "=": lambda low, high, limit: low == high == limit,
     "!=": lambda low, high, limit: not low <= limit <= high,
 }
-_OPPOSITE = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "=": "!=", "!=": "="}
 
 
 def decided(comparison: tree.Binary) -> tree.Expr:
@@ -183,14 +181,14 @@ def decided(comparison: tree.Binary) -> tree.Expr:
     if operator not in _ALWAYS:
         return comparison
     if isinstance(right, tree.ParameterRef):
-        operator, left, right = _MIRRORED[operator], right, left
+        operator, left, right = operators.MIRRORED[operator], right, left
     if not isinstance(left, tree.ParameterRef) or left.parameter.bounds is None:
         return comparison
     limit = evaluation.constant(right)
     if isinstance(limit, bool) or not isinstance(limit, int | float):
         return comparison
     low, high = left.parameter.bounds
-    for value, word in ((True, operator), (False, _OPPOSITE[operator])):
+    for value, word in ((True, operator), (False, operators.OPPOSITE[operator])):
         if _ALWAYS[word](low, high, limit):
             return tree.Literal(value, comparison.type, comparison.span)
     return comparison

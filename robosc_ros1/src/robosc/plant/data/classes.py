@@ -11,7 +11,7 @@ from itertools import groupby
 from typing import Any, TypeAlias, overload
 
 from robosc.expr import tree, types
-from robosc.language.operators import BINARY
+from robosc.language.operators import BINARY, OPPOSITE
 from robosc.plant.logic import conjunction, disjunction, negation
 
 Comparison: TypeAlias = tuple[str, types.Value]
@@ -120,7 +120,7 @@ class Classes(Sequence[Any]):
         """Whether a comparison with a constant has the same result for all values of each class."""
         asked = {(operator, constant)}
         if not isinstance(self.type, types.DoubleType):  # for NaN the opposite is not the negation
-            asked.add((_OPPOSITE[operator], constant))
+            asked.add((OPPOSITE[operator], constant))
         return not asked.isdisjoint(self.comparisons)
 
     def condition(self, needed: Collection[int], free: Collection[int]) -> ClassCondition:
@@ -267,9 +267,6 @@ class Classes(Sequence[Any]):
         return tuple((("=", self._regions[region].representative),) for region in regions)
 
 
-_OPPOSITE = {"=": "!=", "<": ">=", "<=": ">", ">": "<=", ">=": "<"}
-
-
 def intervals(needed: Container[int], free: Iterable[int]) -> Iterator[tuple[int, int]]:
     """Yield the widest intervals of free numbers that contain a needed one."""
     for _, run in groupby(enumerate(sorted(free)), lambda item: item[1] - item[0]):
@@ -293,7 +290,7 @@ def _turned(runs: tuple[tuple[Comparison, ...], ...], type_: types.Type) -> Clas
         flat = [run[0] for run in runs]
         if not isinstance(type_, types.DoubleType) or all(operator == "=" for operator, _ in flat):
             return ClassCondition(
-                (tuple((_OPPOSITE[op], constant) for op, constant in flat),), False
+                (tuple((OPPOSITE[op], constant) for op, constant in flat),), False
             )
     return ClassCondition(runs, True)
 

@@ -7,8 +7,7 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 
-from robosc.simulate.bags.chunked_file import Buffer, Chunk, ChunkedFile, Entry
-from robosc.simulate.bags.storage import Channel, Encoding
+from robosc.simulate.bags import chunked_file, storage
 
 _MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _STATISTICS = 3, 4, 5, 6, 7, 11
@@ -18,7 +17,7 @@ _RECORD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
 _ENTRY = struct.Struct("<QQ")
 _BEFORE_DATA = _RECORD.size + _MESSAGE_HEAD.size
-_ENCODINGS: dict[str, Encoding] = {"cdr": "cdr", "ros1": "ros1"}
+_ENCODINGS: dict[str, storage.Encoding] = {"cdr": "cdr", "ros1": "ros1"}
 _SCHEMAS = {"ros1msg": "ros1msg", "ros2msg": "ros2msg", "ros2idl": "ros2idl", "omgidl": "ros2idl"}
 _DURABLE = re.compile(r"durability:\s*(?:1\b|transient_local)", re.IGNORECASE)
 
@@ -29,7 +28,7 @@ def is_latched(profiles: str) -> bool:
     return bool(_DURABLE.search(profiles))
 
 
-class McapFile(ChunkedFile):
+class McapFile(chunked_file.ChunkedFile):
     """An MCAP file. A message outside of chunks is one of the chunk 0, which is the file itself."""
 
     def __init__(self, path: Path) -> None:
@@ -37,7 +36,7 @@ class McapFile(ChunkedFile):
         self._foreign: set[int] = set()
         super().__init__(path)
 
-    def message(self, chunk: Buffer, place: int) -> bytes:
+    def message(self, chunk: chunked_file.Buffer, place: int) -> bytes:
         _, length = _RECORD.unpack_from(chunk, place)
         return bytes(chunk[place + _BEFORE_DATA : place + _RECORD.size + length])
 
@@ -46,7 +45,7 @@ class McapFile(ChunkedFile):
     def _walk(self) -> None:
         """Read all but the messages. A chunk has its index behind it; where that is missing, or
         its channels are not told elsewhere, it is unpacked."""
-        entries: list[Entry] = []
+        entries: list[chunked_file.Entry] = []
         is_open = ended = False
         for code, begin, end in _records(self._data, len(_MAGIC), len(self._data)):
             if is_open and code != _MESSAGE_INDEX:
@@ -88,9 +87,9 @@ class McapFile(ChunkedFile):
     def _open_chunk(self, begin: int, end: int) -> None:
         _, _, size, _, length = struct.unpack_from("<QQQII", self._data, begin)
         form = self._data[begin + 32 : begin + 32 + length].decode()
-        self._chunks.append(Chunk(form, begin + 40 + length, end, size))
+        self._chunks.append(chunked_file.Chunk(form, begin + 40 + length, end, size))
 
-    def _take_records(self, data: Buffer, number: int) -> None:
+    def _take_records(self, data: chunked_file.Buffer, number: int) -> None:
         for code, begin, end in _records(data, 0, len(data)):
             if end > len(data):
                 break
@@ -99,7 +98,7 @@ class McapFile(ChunkedFile):
             else:
                 self._describe(data, code, begin)
 
-    def _message(self, data: Buffer, begin: int, chunk: int) -> None:
+    def _message(self, data: chunked_file.Buffer, begin: int, chunk: int) -> None:
         channel, _, time, _ = _MESSAGE_HEAD.unpack_from(data, begin)
         self.contents.index.add(time, channel, chunk, begin - _RECORD.size)
 
@@ -112,7 +111,7 @@ class McapFile(ChunkedFile):
         return sorted({c for c, n in zip(index.chunks, index.channels, strict=True)
                        if n not in known})  # fmt: skip
 
-    def _describe(self, data: Buffer, code: int, begin: int) -> None:
+    def _describe(self, data: chunked_file.Buffer, code: int, begin: int) -> None:
         if code == _SCHEMA:
             (number,) = struct.unpack_from("<H", data, begin)
             name, encoding, text = _strings(data, begin + 2, 3)
@@ -136,13 +135,13 @@ class McapFile(ChunkedFile):
             return
         type_, language, text = self._schemas.get(schema, ("", "", ""))
         latched = is_latched(metadata.get("offered_qos_profiles", ""))
-        self.contents.channels[number] = Channel(
+        self.contents.channels[number] = storage.Channel(
             topic, type_, text, _SCHEMAS.get(language, ""), _ENCODINGS[encoding],
             latched or metadata.get("latching") == "1", metadata.get("callerid", ""),
         )  # fmt: skip
 
 
-def _records(data: Buffer, begin: int, end: int) -> Iterator[tuple[int, int, int]]:
+def _records(data: chunked_file.Buffer, begin: int, end: int) -> Iterator[tuple[int, int, int]]:
     """Code, begin and end of each record; of one that is cut off, the end lies behind ``end``."""
     while begin + _RECORD.size <= end:
         code, length = _RECORD.unpack_from(data, begin)
@@ -153,7 +152,7 @@ def _records(data: Buffer, begin: int, end: int) -> Iterator[tuple[int, int, int
         begin += length
 
 
-def _strings(data: Buffer, place: int, count: int) -> list[str]:
+def _strings(data: chunked_file.Buffer, place: int, count: int) -> list[str]:
     """Strings one after the other, each behind its length."""
     found = []
     for _ in range(count):
@@ -163,7 +162,7 @@ def _strings(data: Buffer, place: int, count: int) -> list[str]:
     return found
 
 
-def _mapping(data: Buffer, place: int) -> dict[str, str]:
+def _mapping(data: chunked_file.Buffer, place: int) -> dict[str, str]:
     """The map of a channel's metadata."""
     (size,) = struct.unpack_from("<I", data, place)
     found: dict[str, str] = {}

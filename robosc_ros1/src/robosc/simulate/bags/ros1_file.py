@@ -6,8 +6,7 @@ import struct
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from robosc.simulate.bags.chunked_file import Buffer, Chunk, ChunkedFile, Entry
-from robosc.simulate.bags.storage import Channel
+from robosc.simulate.bags import chunked_file, storage
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _MESSAGE, _BAG, _INDEX, _CHUNK, _CHUNK_INFO, _CONNECTION = 2, 3, 4, 5, 6, 7
@@ -26,11 +25,11 @@ class _Record(NamedTuple):
     end: int
 
 
-class Ros1File(ChunkedFile):
+class Ros1File(chunked_file.ChunkedFile):
     """A bag of ROS 1. A message outside of chunks is one of the chunk 0, the file itself: so are
     those of the last chunk where the recorder died in it."""
 
-    def message(self, chunk: Buffer, place: int) -> bytes:
+    def message(self, chunk: chunked_file.Buffer, place: int) -> bytes:
         (header,) = _SIZE.unpack_from(chunk, place)
         place += 4 + header
         (length,) = _SIZE.unpack_from(chunk, place)
@@ -42,7 +41,7 @@ class Ros1File(ChunkedFile):
         """Read all but the messages. A chunk has its index behind it; where that is missing, or
         its connections are not told elsewhere, it is unpacked."""
         data, contents = self._data, self.contents
-        entries: list[Entry] = []
+        entries: list[chunked_file.Entry] = []
         is_open = is_indexed = False
         end = len(_MAGIC)
         for record in _records(data, end):
@@ -82,14 +81,14 @@ class Ros1File(ChunkedFile):
     def _open_chunk(self, record: _Record, end: int) -> None:
         form = record.header["compression"].decode()
         size = int.from_bytes(record.header["size"], "little")
-        self._chunks.append(Chunk(form, record.begin, end, size))
+        self._chunks.append(chunked_file.Chunk(form, record.begin, end, size))
 
-    def _take_records(self, data: Buffer, number: int) -> None:
+    def _take_records(self, data: chunked_file.Buffer, number: int) -> None:
         for record in _records(data, 0):
             if record.end <= len(data):
                 self._take(data, record, number)
 
-    def _take(self, data: Buffer, record: _Record, chunk: int) -> None:
+    def _take(self, data: chunked_file.Buffer, record: _Record, chunk: int) -> None:
         if record.code == _MESSAGE:
             sec, nsec = struct.unpack("<II", record.header["time"])
             connection = int.from_bytes(record.header["conn"], "little")
@@ -97,20 +96,20 @@ class Ros1File(ChunkedFile):
         else:
             self._describe(data, record)
 
-    def _describe(self, data: Buffer, record: _Record) -> None:
+    def _describe(self, data: chunked_file.Buffer, record: _Record) -> None:
         if record.code != _CONNECTION:
             return
         told = _header(bytes(data[record.begin : record.end]))
         text = {name: value.decode("utf-8", "replace") for name, value in told.items()}
         number = int.from_bytes(record.header["conn"], "little")
-        self.contents.channels[number] = Channel(
+        self.contents.channels[number] = storage.Channel(
             record.header["topic"].decode(), text.get("type", ""),
             text.get("message_definition", ""), "ros1msg", "ros1", text.get("latching") == "1",
             text.get("callerid", ""),
         )  # fmt: skip
 
 
-def _records(data: Buffer, place: int) -> Iterator[_Record]:
+def _records(data: chunked_file.Buffer, place: int) -> Iterator[_Record]:
     """The records from a place on, until one whose header is cut off, or none."""
     size = len(data)
     while place + 4 <= size:

@@ -8,26 +8,15 @@ from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 from robosc.expr.traversal import path_text
-from robosc.language.events import EventKind
 from robosc.model.entities import Robot
-from robosc.model.ros.definitions import BASIC, MessageDefinitions
-from robosc.model.ros.interfaces import INTEGERS, Definition, FieldType, Missing
+from robosc.model.ros.definitions import MessageDefinitions
+from robosc.model.ros.interfaces import INTEGERS, Definition, FieldType
+from robosc.model.ros.sent import carrier
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
 from robosc.simulate.faults import InvalidLine
 
-_BUILT_IN = {f"{basic.package}/{basic.type}": basic for basic in BASIC.values()}
 Path: TypeAlias = tuple[str | int, ...]
-_PARTS = {
-    EventKind.CALL: (0, "request_field"),
-    EventKind.REQUEST: (0, "request_field"),
-    EventKind.ANSWER: (1, "response_field"),
-    EventKind.PROGRESS: (2, "feedback_field"),
-    EventKind.RESPONSE: (1, "response_field"),
-    EventKind.ERROR: (1, "response_field"),
-    EventKind.FEEDBACK: (2, "feedback_field"),
-}
-"""By kind of event: the part of a definition that brings its value, and the only field."""
 
 
 def parts_of(data: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Any, Any]]:
@@ -123,21 +112,15 @@ class KnownFields(Fields):
 
     def _found(self, event: Event, path: str) -> FieldType | None:
         communication = self._robot.communications.get(event.key)
-        if communication is None or event.kind not in _PARTS:
+        sort = None if communication is None else communication.sort.event(event.kind)
+        if communication is None or sort is None or sort.brings is None:
             return None
-        number, attribute = _PARTS[event.kind]
         binding = communication.binding
-        found = self._definitions.interface(
-            binding.package, binding.type, communication.sort.folder
-        )
-        if isinstance(found, Missing):
-            name = f"{binding.package}/{binding.type}"
-            if name not in _BUILT_IN:
-                self.unknown.add(name)
-                return None
-            found = _BUILT_IN[name]
-        part = found.parts[min(number, len(found.parts) - 1)]
-        return self._base(part, path or getattr(binding, attribute) or "")
+        part = carrier(self._definitions, communication, sort.brings)
+        if part is None:
+            self.unknown.add(f"{binding.package}/{binding.type}")
+            return None
+        return self._base(part, path or getattr(binding, f"{sort.brings}_field") or "")
 
     def _base(self, part: Definition, path: str) -> FieldType | None:
         """The type of a field, or of the array of which it is an element."""
