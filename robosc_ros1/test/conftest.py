@@ -129,34 +129,17 @@ def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
     item.user_properties.append(("processor", costs.processor() - item.stash[BEGUN]))
 
 
-NESTED = "PYTEST_CURRENT_TEST" in os.environ
-"""Whether a test of the suite runs this. It is asked now: pytest takes the variable away behind its
-own tests."""
 BEGUN = pytest.StashKey[float]()
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Where changes are judged, a test that was skipped has failed; what failed is kept in a file.
-
-    Each line of .cache/failed-tests is "slow" or "quick", a space, and the test as pytest takes it.
-    """
+    """Where changes are judged, a test that was skipped has failed."""
     # Side by side, each process has a reporter, of its own tests, and may end after the one of all.
     if hasattr(session.config, "workerinput"):
         return
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     if os.environ.get("CI") and reporter is not None and reporter.stats.get("skipped"):
         session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
-    if os.environ.get("CI") and reporter is not None and not NESTED:
-        stats = reporter.stats
-        # Side by side, pytest-xdist appends the group.
-        failed = {
-            report.nodeid.rpartition("@")[0] or report.nodeid: (
-                "slow" if "slow" in getattr(report, "keywords", ()) else "quick"
-            )
-            for report in [*stats.get("failed", []), *stats.get("error", [])]
-        }
-        with (REPOSITORY / ".cache" / "failed-tests").open("a", encoding="utf-8") as file:
-            file.writelines(f"{speed} {test}\n" for test, speed in failed.items())
     if session.exitstatus == pytest.ExitCode.TESTS_FAILED:
         folder = tempfile.gettempdir()
         Path(folder, reaper.KEEP).touch()
