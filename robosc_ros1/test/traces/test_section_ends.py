@@ -82,3 +82,36 @@ def test_ends_of_sectors_are_shown_by_single_rays() -> None:
     for right, wrong in ((" -0.6,", " -0.1,"), (" 0.55,", " 1.05,")):
         assert source.count(right) == 1, source
         assert tells_apart(supervisor, scripts_of(supervisor), source.replace(right, wrong))
+
+
+BUMPS = """robot Bumps {
+    component Base {
+        outgoing message bumper with type: integer, timeout: 0.5 s links bumper
+        behaviour {
+            variable left: boolean
+            initial marked state clear { on response from bumper do left := has(value, 4) goto bumped }
+            marked state bumped { after 1 s goto clear }
+        }
+    }
+    component Motor { incoming message back with type: boolean links back }
+    interface bumper use Bumper from some_package
+    interface back use Back from some_package
+    requirement back needs bumper.fresh and Base.bumped
+    provide back with Base.left
+}"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        (", 4)", ", 5)"),
+        (", 4)", ", 6)"),
+        # The message is silent before the delay is over, as on the robot.
+        ('return self.bumper_fresh and self.base == "bumped"', 'return self.base == "bumped"'),
+    ],
+)
+def test_bits_and_times_beside_those_of_the_model_are_found(right: str, wrong: str) -> None:
+    supervisor = supervisor_of(BUMPS)
+    source = controller_source(supervisor)
+    assert right in source, source
+    assert tells_apart(supervisor, scripts_of(supervisor), source.replace(right, wrong))

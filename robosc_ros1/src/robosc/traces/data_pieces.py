@@ -40,8 +40,8 @@ class DataPiece:
 
 
 class SectionEnds:
-    """The ends of the sections of arrays in an expression, each twice: ``texts`` say which element
-    counts and which, beside it, does not."""
+    """The ends of the sections of arrays in an expression, each twice, and its masks: ``texts`` say
+    which element counts and which, beside it, does not."""
 
     def __init__(self, expr: Expr, text: Callable[[Expr], str]) -> None:
         moved = dict(_moved(expr := exact(expr), text))
@@ -78,8 +78,15 @@ _ENDS = (
 
 
 def _moved(expr: Expr, text: Callable[[Expr], str]) -> Iterator[tuple[str, Expr]]:
-    """The expression with each end of a section one element further in, and out."""
+    """The expression with each end of a section one element further in, and out, and with each mask
+    one bit wider."""
     for part in walk(expr):
+        if isinstance(part, Call) and part.operator == "has":
+            bits, mask = part.operands
+            if isinstance(mask, Literal) and isinstance(mask.value, int):
+                wider = replace(mask, value=mask.value | mask.value + 1)
+                other = replace(part, operands=(bits, wider))
+                yield f"in {text(part)} no other bit counts", _with(expr, part, other)
         if not (isinstance(part, Call) and part.operator in SECTIONS):
             continue
         # Two rays of a scan are apart by its angle_increment.

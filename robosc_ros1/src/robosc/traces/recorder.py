@@ -44,7 +44,8 @@ from robosc.traces.search import Move, value_of
 PATIENCE = 100000
 """Seconds of deadlines that no run is to meet: calls are answered by scripts."""
 SILENCE = 1.5
-"""Seconds: the timeout of messages, unless that is a parameter of the model."""
+"""Seconds: the timeout of messages, unless that is a parameter of the model, or shorter than a delay
+that is not longer than this."""
 OVERDUE = 2.5
 """Seconds: the timeout of services that can fail by time alone, unless it is such a parameter."""
 RATE = 1.0
@@ -160,12 +161,16 @@ class Recorder:
         self._due: dict[str, float] = {}
         """When calls of services end that are not answered, by key."""
         parameters: dict[str, Any] = {"rate": RATE, **steps.rates}
+        waits = [t.delay for component in self._robot.components for t in component.transitions]
+        waits += [one.delay for one in self._robot.lasting]
+        delays = [_seconds(delay) for delay in waits if delay is not None]
         for key, communication in self._robot.communications.items():
             given = communication.timeout
             if communication.kind is Kind.OUTGOING and given is not None:
                 seconds = _parameter(given)
                 if seconds is None:
-                    parameters[f"timeout/{names[key]}"] = seconds = SILENCE
+                    seconds = _silence(_seconds(given), delays)
+                    parameters[f"timeout/{names[key]}"] = seconds
                 self._timeouts[f"~{key}"] = seconds
             elif communication.kind in (Kind.SERVICE, Kind.ACTION):
                 overdue = _parameter(given)
@@ -422,7 +427,8 @@ class Recorder:
             yield "applied"
 
     def _reasons(self) -> Iterator[str]:
-        """Why commands are disabled, where no run has told that yet."""
+        """Why commands are disabled, where no run has told that yet, or not what alone decides it: a
+        command need not be due before that changes again."""
         for command in self._steps.commands:
             if self._steps.guards_others and self._steps.reads_data(command):
                 continue
@@ -430,7 +436,10 @@ class Recorder:
                 yield from self._cancel(command)
                 continue
             reasons = self._coverage.reasons(command, self.state)
-            why = command.number, reasons, self._coverage.open_elsewhere(command, self.state)
+            cases = self._coverage.of_command(command, self.state)
+            alone = frozenset(c for c in cases if c[0] == "demand" and not c[-2])
+            elsewhere = self._coverage.open_elsewhere(command, self.state)
+            why = command.number, reasons, elsewhere, alone
             if reasons is not None and why not in self._told:
                 self._told.add(why)
                 yield f"disabled {label(command.event)} because {'; '.join(reasons)}"
@@ -541,7 +550,17 @@ def _equal(name: str, value: Any, type_: Type) -> Iterator[str]:
 
 def _parameter(expr: Any) -> float | None:
     """The value of a duration that is a parameter of the model; None: it is none."""
-    return float(expr.parameter.default) if isinstance(expr, ParameterRef) else None
+    return _seconds(expr) if isinstance(expr, ParameterRef) else None
+
+
+def _seconds(expr: Any) -> float:
+    """A duration of the model."""
+    return float(expr.parameter.default if isinstance(expr, ParameterRef) else expr.value)
+
+
+def _silence(timeout: float, delays: Iterable[float]) -> float:
+    """The timeout of a message in a run: its own where it would not end before a delay otherwise."""
+    return timeout if any(timeout < delay <= SILENCE for delay in delays) else SILENCE
 
 
 def _up(delay: float) -> float:
