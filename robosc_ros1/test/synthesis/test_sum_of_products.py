@@ -48,3 +48,13 @@ def test_a_sum_that_takes_too_long_is_given_up() -> None:
     odd = {values for values in EVERY if sum(values) % 2}
     with pytest.raises(TooLarge, match="too long"):
         diagrams.products(diagrams.of_rows(odd), diagrams.of_rows(odd))
+
+
+def test_sets_that_are_combined_count_as_steps() -> None:
+    """They took most of the time of a guard that was given up in the end."""
+    rows = random.Random(1).sample(list(product(range(5), repeat=4)), 200)
+    many = Diagrams([5] * 4, most_steps=2_000)
+    assert many.complement(many.of_rows(rows))
+    few = Diagrams([5] * 4, most_steps=100)
+    with pytest.raises(TooLarge):
+        few.complement(few.of_rows(rows))

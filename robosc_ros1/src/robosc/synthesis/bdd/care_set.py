@@ -29,7 +29,6 @@ _FEW = 2**10
 """Combinations up to which variables are in the plant's order, as those of the explicit engine."""
 _MOST_VARIABLES = 200
 """State variables above which no sum of products is tried: it recurses over them."""
-_MOST_CALLS = 2**17
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +88,9 @@ class BddCareSet:
         if len(variables) > _MOST_VARIABLES:
             raise TooLarge("a guard reads too many state variables")
         diagrams = Diagrams(plant.sizes(variables), most_steps)
-        calls = 0
 
         def node(children: list[int]) -> int:
-            nonlocal calls
-            calls += len(children)
-            if calls > _MOST_CALLS:
-                raise TooLarge("a guard reads too many values")
+            diagrams.step(len(children))
             return diagrams.node(children)
 
         allowed, refused = (

@@ -21,7 +21,7 @@ END = 1
 
 _MOST_CHILDREN = 2**21
 MOST_STEPS = 200_000
-"""Steps, some two seconds, that a sum of products may take."""
+"""Steps, about a second, that a sum of products may take: values of nodes that are looked at."""
 
 Product: TypeAlias = tuple[tuple[int, int], ...]
 """Per variable, the values that it must contain and those that it may contain, as bit masks."""
@@ -71,6 +71,16 @@ class Diagrams:
             self._children.append(own)
         return number
 
+    def step(self, number: int) -> None:
+        """Count the values of nodes that are looked at.
+
+        Raises:
+            TooLarge: there were too many.
+        """
+        self._steps += number
+        if self._steps > self._most_steps:
+            raise TooLarge("a guard would be too long")
+
     def of_rows(self, rows: Iterable[tuple[int, ...]]) -> int:
         """Return the set of some combinations of values."""
         return self._of(list(rows), 0)
@@ -106,6 +116,7 @@ class Diagrams:
             return first
         difference = self._differences.get((first, second))
         if difference is None:
+            self.step(len(self._children[first]))
             pairs = zip(self._children[first], self._children[second], strict=True)
             difference = self.node([self.difference(a, b) for a, b in pairs])
             self._differences[first, second] = difference
@@ -140,9 +151,7 @@ class Diagrams:
         return products
 
     def _new_sum(self, lower: int, upper: int, depth: int) -> tuple[tuple[_Term, ...], int]:
-        self._steps += self.sizes[depth]
-        if self._steps > self._most_steps:
-            raise TooLarge("a guard would be too long")
+        self.step(self.sizes[depth])
         low, high = self._children[lower], self._children[upper]
         common = reduce(self._intersection, dict.fromkeys(high))
         needed: dict[_Term, int] = {}
@@ -189,7 +198,7 @@ class Diagrams:
             return False
         within = self._within.get((first, second))
         if within is None:
-            self._steps += 1
+            self.step(1)
             pairs = {*zip(self._children[first], self._children[second], strict=True)}
             within = self._within[first, second] = all(self._is_within(a, b) for a, b in pairs)
         return within
