@@ -439,3 +439,14 @@ class Robot:
     def component(self, name: str) -> Component:
         """The component of a name, which must exist."""
         return next(c for c in self.components if c.name == name)
+
+    def decides(self, word: str, name: str) -> bool:
+        """Whether the controller decides when an event occurs, given by what logs have for it.
+
+        ``name`` is the name, as shown to users, of its communication, or that of its component.
+        """
+        for communication in self.communications.values():
+            if self.display_names[communication.key] == name:
+                kind = communication.sort.named(word)
+                return kind is not None and kind.controllable
+        return word == events.EventKind.TAU.word
