@@ -18,6 +18,7 @@ from robosc.expr.identity_cache import IdentityCache
 from robosc.language import events
 from robosc.model import automata, diagnostics
 from robosc.names import Copy
+from robosc.runtime.core.places import stage_of
 from robosc.source import Source, Span
 from robosc.syntax.nodes import ExprNode, Repeated
 
@@ -391,6 +392,17 @@ class Robot:
     def persistent(self) -> dict[str, automata.Variable]:
         """The variables that keep their values over the node's end, by key."""
         return {key: variable for key, variable in self.variables.items() if variable.persistent}
+
+    @cached_property
+    def stages(self) -> tuple[str, ...]:
+        """``Component.state stage`` for each stage of a state that performs a command, as documents
+        tell them outside of the states."""
+        return tuple(
+            f"{component.name}.{state.name}"
+            for component in self.components
+            for state in component.states
+            if stage_of(state.name)
+        )
 
     @cached_property
     def transforms(self) -> dict[tuple[str, str], tuple[str, ...]]:
