@@ -6,7 +6,7 @@ stands for "no value".
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -146,6 +146,18 @@ TYPES_BY_WORD: Mapping[str, Type] = {
 def is_number(type_: Type) -> bool:
     """Whether a type is integer or double."""
     return isinstance(type_, IntegerType | DoubleType)
+
+
+def innermost(type_: Type, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Type]]:
+    """What arrays and objects consist of, or the type itself, after the fields it is in."""
+    match type_:
+        case ArrayType(element=element):
+            yield from innermost(element, path)
+        case ObjectType(properties=properties):
+            for name, inner in properties:
+                yield from innermost(inner, (*path, name))
+        case _:
+            yield path, type_
 
 
 def domain(type_: Type) -> Sequence[Value] | None:

@@ -18,6 +18,7 @@ from robosc.expr.identity_cache import IdentityCache
 from robosc.language import events
 from robosc.model import automata, diagnostics
 from robosc.names import Copy
+from robosc.runtime.core.places import stage_of
 from robosc.source import Source, Span
 from robosc.syntax.nodes import ExprNode, Repeated
 
@@ -393,6 +394,17 @@ class Robot:
         return {key: variable for key, variable in self.variables.items() if variable.persistent}
 
     @cached_property
+    def stages(self) -> tuple[str, ...]:
+        """``Component.state stage`` for each stage of a state that performs a command, as documents
+        tell them outside of the states."""
+        return tuple(
+            f"{component.name}.{state.name}"
+            for component in self.components
+            for state in component.states
+            if stage_of(state.name)
+        )
+
+    @cached_property
     def transforms(self) -> dict[tuple[str, str], tuple[str, ...]]:
         """The keys of transforms by their frames, from and to."""
         found: dict[tuple[str, str], tuple[str, ...]] = {}
@@ -439,3 +451,14 @@ class Robot:
     def component(self, name: str) -> Component:
         """The component of a name, which must exist."""
         return next(c for c in self.components if c.name == name)
+
+    def decides(self, word: str, name: str) -> bool:
+        """Whether the controller decides when an event occurs, given by what logs have for it.
+
+        ``name`` is the name, as shown to users, of its communication, or that of its component.
+        """
+        for communication in self.communications.values():
+            if self.display_names[communication.key] == name:
+                kind = communication.sort.named(word)
+                return kind is not None and kind.controllable
+        return word == events.EventKind.TAU.word

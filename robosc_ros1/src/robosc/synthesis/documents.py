@@ -10,7 +10,6 @@ from typing import Any
 from robosc.expr.traversal import path_text
 from robosc.expr.types import Value
 from robosc.model.automata import HOLDING
-from robosc.model.stages import told_stages
 from robosc.plant.automaton import Event, EventParameter, Plant, PlantState, VariableKind
 from robosc.plant.model_text import to_dsl
 from robosc.runtime.core.places import place_of, places, stages
@@ -153,7 +152,7 @@ def _state(plant: Plant, number: int, state: PlantState) -> dict[str, Any]:
         state_of = found[VariableKind.LOCATION].pop(lasting.name)
         found[VariableKind.DATA][lasting.name] = state_of == HOLDING
     states = found[VariableKind.LOCATION]
-    shown = stages(states, told_stages(plant.robot))
+    shown = stages(states, plant.robot.stages)
     return {
         "id": number,
         "components": places(states),

@@ -17,7 +17,6 @@ from robosc.expr.traversal import path_text
 from robosc.expr.tree import ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
 from robosc.language.events import EventKind, Kind
-from robosc.model.stages import told_stages
 from robosc.plant.automaton import Event
 from robosc.runtime.core.places import place_of, stage_of, stands_in
 from robosc.runtime.core.settings import parameter_name
@@ -144,7 +143,7 @@ class Recorder:
         self._new_violations: list[int] = []
         """The requirements on states that do not hold now, and of these what no line tells yet."""
         self._stages: dict[str, list[str]] = {}
-        for name in told_stages(self._robot):
+        for name in self._robot.stages:
             self._stages.setdefault(place_of(name), []).append(stage_of(name))
         self._fields = {
             label(s.event): self._robot.commands[s.event.command].field or ""

@@ -38,6 +38,7 @@ class Listener(Protocol):
 
     def order(self, word: str) -> None:
         """Publish an order on the node's ``~operate``. Raises Unable."""
+        self.publish(f"{self.heard.node}/operate", word)
 
     def publish(self, topic: str, data: Any) -> None:
         """Publish a message with these data: the fields to set by name, or the only one. Raises

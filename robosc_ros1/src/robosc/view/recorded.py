@@ -17,7 +17,7 @@ from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
-from robosc.model import deciders, entities
+from robosc.model import entities
 from robosc.runtime.core import model, telemetry, values
 from robosc.runtime.core.places import places
 from robosc.simulate.bags import bag_files, bag_run
@@ -287,7 +287,7 @@ def _sort(entry: LogEntry, robot: entities.Robot) -> str:
         return "x"
     if entry.kind == EventKind.TAU.word:
         return "t"
-    return "c" if deciders.decides(robot, entry.kind, entry.name) else "r"
+    return "c" if robot.decides(entry.kind, entry.name) else "r"
 
 
 def _text(entry: LogEntry) -> str:

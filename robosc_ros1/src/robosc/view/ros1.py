@@ -46,9 +46,6 @@ class Ros1(listening.Listener):
 
         rospy.signal_shutdown("nobody watches any more")
 
-    def order(self, word: str) -> None:
-        self.publish(f"{self.heard.node}/operate", word)
-
     def publish(self, topic: str, data: Any) -> None:
         import rosgraph
         import roslib.message

@@ -80,9 +80,6 @@ class Ros2(Listener):
         self.node.destroy_node()
         self._context.try_shutdown()
 
-    def order(self, word: str) -> None:
-        self.publish(f"{self.heard.node}/operate", word)
-
     def publish(self, topic: str, data: Any) -> None:
         # A graph that has grown a moment ago is not known whole, though the node's state is.
         types = awaited(topic, lambda: dict(self.node.get_topic_names_and_types()).get(topic))

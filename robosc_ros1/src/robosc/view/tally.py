@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from robosc.language.events import EventKind
-from robosc.model import deciders, entities
+from robosc.model import entities
 
 
 class Tally:
@@ -27,7 +27,7 @@ class Tally:
         self.counts[name, kind] += 1
         if kind == EventKind.TAU.word:
             self.counters["taus"] += 1
-        elif deciders.decides(self._robot, kind, name):
+        elif self._robot.decides(kind, name):
             self.counters["commands"] += 1
         else:
             self.counters["inputs"] += 1

@@ -29,7 +29,7 @@ from robosc.expr import traversal, tree, types
 from robosc.language import events, functions
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
-from robosc.model import entities, stages
+from robosc.model import entities
 from robosc.names import snake_case
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.conjuncts import conjuncts
@@ -200,7 +200,7 @@ class _Builder:
             source=robot_file,
             class_name=self.class_name,
             step_bound=bound_of_steps(self.supervisor),
-            stages=stages.told_stages(self.robot),
+            stages=self.robot.stages,
             enums=tuple(messages.enum_view(e, self.attributes) for e in self.enums),
             components=tuple(self._components()),
             phases=tuple(self._phase_views()),

@@ -147,17 +147,12 @@ def converting_enums(robot: entities.Robot) -> list[types.EnumType]:
     enums: dict[types.EnumType, None] = {}
 
     def visit(type_: types.Type) -> None:
-        match type_:
-            case types.EnumType():
-                visit(type_.source)
-                for rule in type_.rules:
+        for _, part in types.innermost(type_):
+            if isinstance(part, types.EnumType):
+                visit(part.source)
+                for rule in part.rules:
                     convert(tree.condition_of(rule))
-                enums.setdefault(type_, None)
-            case types.ObjectType():
-                for _, inner in type_.properties:
-                    visit(inner)
-            case types.ArrayType():
-                visit(type_.element)
+                enums.setdefault(part, None)
 
     def convert(expr: tree.Expr) -> None:
         for part in traversal.walk(expr):

@@ -17,7 +17,7 @@ from robosc.emit.controller.template_data import PartnerView, ReactionView
 from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind
-from robosc.model import automata, stages
+from robosc.model import automata
 from robosc.plant import acceptance, logic, python_text
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable
 from robosc.plant.model_text import to_dsl
@@ -147,8 +147,7 @@ class Reactions:
     def _told(self, component: str) -> str:
         """The code for the state of a component under the name that the model gives it."""
         location = f"self.{self.attributes.locations[component]}"
-        prefix = f"{component}."
-        has_stages = any(stage.startswith(prefix) for stage in stages.told_stages(self.plant.robot))
+        has_stages = any(s.startswith(f"{component}.") for s in self.plant.robot.stages)
         return f'{location}.partition(" ")[0]' if has_stages else location
 
     def phases(self, event: Event) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -19,7 +19,7 @@ from robosc.language.events import command_key
 from robosc.model import automata, entities
 from robosc.model.diagnostics import Report
 from robosc.model.ros.interfaces import Field
-from robosc.model.typing.compatibility import default_value
+from robosc.model.typing.compatibility import completed
 from robosc.runtime.core.values import NOW
 
 _BOOLEAN = types.BooleanType()
@@ -172,9 +172,9 @@ class _CommandData:
                     )
         value: Any = None if field is None else field.default
         if value is None:
-            value = _default(reference.type)
+            value = completed(None, reference.type)
             if field is not None and isinstance(reference.type, types.ArrayType):
-                value = (_default(reference.type.element),) * field.elements
+                value = (completed(None, reference.type.element),) * field.elements
         return tree.Literal(value, reference.type, reference.span)
 
     def _unknown(self, reference: tree.ValueRef, reason: str) -> tree.Expr:
@@ -195,15 +195,6 @@ def _inside(
         return dict(data.fields).get(str(step))
     here = isinstance(step, int) and step < len(data.elements)
     return data.elements[int(step)] if here else None
-
-
-def _default(type_: types.Type) -> Any:
-    match type_:
-        case types.ObjectType(properties=properties):
-            return {name: _default(inner) for name, inner in properties}
-        case types.ArrayType():
-            return ()
-    return default_value(type_)
 
 
 def _folded(node: tree.Operation, operands: tuple[tree.Expr, ...]) -> tree.Expr:

@@ -125,16 +125,10 @@ def _names(path: tuple[str | int, ...]) -> Path:
 
 def _converted(type_: types.Type) -> Iterator[Path]:
     """The paths that the rules of enums read, wherever in a type the enums are."""
-    match type_:
-        case types.EnumType(source=source, rules=rules):
-            for rule in rules:
-                yield from _read(tree.condition_of(rule))
-            yield from _converted(source)
-        case types.ArrayType(element=element):
-            yield from _converted(element)
-        case types.ObjectType(properties=properties):
-            for name, inner in properties:
-                yield from ((name, *path) for path in _converted(inner))
+    for path, part in types.innermost(type_):
+        if isinstance(part, types.EnumType):
+            read = (_read(tree.condition_of(rule)) for rule in part.rules)
+            yield from ((*path, *inner) for inner in chain(*read, _converted(part.source)))
 
 
 def _sent(data: entities.Data) -> Iterator[Path]:

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from robosc.errors import Note
 from robosc.expr import evaluation, tree, undefined_data
-from robosc.expr.types import ArrayType, EnumType, NoneType, ObjectType, Type
+from robosc.expr.types import ArrayType, EnumType, NoneType, Type, innermost
 from robosc.language.events import COMMUNICATIONS, Direction
 from robosc.model.diagnostics import Report
 from robosc.model.entities import Communication
@@ -218,31 +218,18 @@ def _sendable(type_: Type, span: Span, report: Report) -> Type | None:
             f"use the type that it converts from: {type_.source}",
         )
         return None
-    found = _enum_in(type_, type_.name) if isinstance(type_, ObjectType) else None
-    if found is not None:
-        path, enum = found
-        report.add(
-            "enum-sent",
-            span,
-            f"{type_} cannot be sent: {path} is the enum {enum}, which only converts received data",
-            f"declare an object for sending, with {enum.source} in its place",
-        )
-        return None
+    for path, part in innermost(type_):
+        if isinstance(part, EnumType):
+            place = ".".join((str(type_), *path))
+            report.add(
+                "enum-sent",
+                span,
+                f"{type_} cannot be sent: {place} is the enum {part}, which only converts received"
+                " data",
+                f"declare an object for sending, with {part.source} in its place",
+            )
+            return None
     return type_
-
-
-def _enum_in(object_: ObjectType, path: str) -> tuple[str, EnumType] | None:
-    for name, type_ in object_.properties:
-        inner = type_
-        while isinstance(inner, ArrayType):
-            inner = inner.element
-        if isinstance(inner, EnumType):
-            return f"{path}.{name}", inner
-        if isinstance(inner, ObjectType):
-            found = _enum_in(inner, f"{path}.{name}")
-            if found is not None:
-                return found
-    return None
 
 
 def check_local_names(component_table: ComponentTable, report: Report) -> None:

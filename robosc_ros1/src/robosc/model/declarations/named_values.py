@@ -10,7 +10,7 @@ from robosc import limits, source
 from robosc.expr.evaluation import constant
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import Aggregate, Expr, Literal, ParameterRef, RosParameter, StateRef
-from robosc.expr.types import ArrayType, DurationType, EnumType, ObjectType, Type, Value
+from robosc.expr.types import ArrayType, DurationType, EnumType, ObjectType, Type, Value, innermost
 from robosc.model.automata import HOLDING, Lasting
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
@@ -160,7 +160,8 @@ class NamedValueTyper:
         if is_basic(type_) or isinstance(type_, EnumType | DurationType):
             return True
         if isinstance(type_, ArrayType | ObjectType):
-            if isinstance(node, nodes.ConstantNode) or _is_plain(type_):
+            plain = all(is_basic(part) for _, part in innermost(type_))
+            if plain or isinstance(node, nodes.ConstantNode):
                 return True
             message = f"{what} cannot have the values of an enum, or nothing, in it"
             self.report.add("variable-type", node.type.span, message)
@@ -235,16 +236,6 @@ def _value(data: Data, type_: Type, what: str, span: source.Span, report: Report
     literal = coerce(Literal(value, type_), type_)
     assert isinstance(literal, Literal)
     return literal.value
-
-
-def _is_plain(type_: Type) -> bool:
-    """Whether a parameter can be an array or object of a type."""
-    match type_:
-        case ArrayType(element=element):
-            return _is_plain(element)
-        case ObjectType(properties=properties):
-            return all(_is_plain(inner) for _, inner in properties)
-    return is_basic(type_)
 
 
 def _as_data(value: Any, type_: Type, span: source.Span) -> Data:

@@ -309,7 +309,9 @@ class TransitionResolver:
         value = typer.check(node.value, expected.expected_type(type_), f"variable '{target}'")
         if value is None:
             return None
-        if tree.is_constant_data(value) and _has_enum(type_):
+        within = () if isinstance(type_, types.EnumType) else types.innermost(type_)
+        enums = any(isinstance(part, types.EnumType) for _, part in within)
+        if enums and tree.is_constant_data(value):
             message = f"a constant with a value of an enum cannot be assigned to '{target}'"
             hint = "a variable holds what the enum converts; read the constant where it is needed"
             self._report.add("not-assignable", node.value.span, message, hint)
@@ -320,16 +322,6 @@ class TransitionResolver:
 
 def _names(access: nodes.Access) -> Iterator[nodes.Name]:
     return (step for step in access.path if isinstance(step, nodes.Name))
-
-
-def _has_enum(type_: types.Type) -> bool:
-    """Whether an array or object has a part of an enum."""
-    match type_:
-        case types.ArrayType(element=element):
-            return isinstance(element, types.EnumType) or _has_enum(element)
-        case types.ObjectType(properties=properties):
-            return any(isinstance(t, types.EnumType) or _has_enum(t) for _, t in properties)
-    return False
 
 
 def _incoming(event: EventKind, info: CommunicationInfo) -> Incoming:

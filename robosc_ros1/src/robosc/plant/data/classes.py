@@ -13,6 +13,7 @@ from typing import Any, TypeAlias, overload
 from robosc.expr import tree, types
 from robosc.language.operators import BINARY, OPPOSITE
 from robosc.plant.logic import conjunction, disjunction, negation
+from robosc.runtime.core.values import widen
 
 Comparison: TypeAlias = tuple[str, types.Value]
 """An operator and its right operand, a constant."""
@@ -328,7 +329,7 @@ def _above(constant: int | float | None) -> Comparison | None:
 def _exactly(constant: int | float, double: bool) -> int | float | None:
     """Return the constant as a value of the type; None if the type cannot represent it."""
     if double:
-        number = _as_double(constant)
+        number = widen(constant)
         return number if number == constant else None
     if isinstance(constant, int):
         return constant
@@ -348,8 +349,8 @@ def _integer_between(low: int | float | None, high: int | float | None) -> int |
 def _double_between(low: int | float | None, high: int | float | None) -> float | None:
     """Return a double strictly between two numbers, with few digits if possible; None: there is
     none."""
-    start = -math.inf if low is None else _as_double(low)
-    end = math.inf if high is None else _as_double(high)
+    start = -math.inf if low is None else widen(low)
+    end = math.inf if high is None else widen(high)
     candidates: Iterable[float] = _round_doubles(low, high, start, end)
     # The least double above ``low`` is among these, so that no double is missed.
     least: tuple[float, ...] = (
@@ -375,10 +376,3 @@ def _round_doubles(
         for digits in range(18):
             yield round(middle, digits)
         yield middle
-
-
-def _as_double(number: int | float) -> float:
-    try:
-        return float(number)
-    except OverflowError:
-        return math.inf if number > 0 else -math.inf

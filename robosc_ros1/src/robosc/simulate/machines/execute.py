@@ -18,7 +18,7 @@ from robosc.emit.package import config
 from robosc.expr import traversal, tree
 from robosc.expr.types import IntegerType, ObjectType
 from robosc.language.events import EventKind, Kind
-from robosc.model import deciders, entities
+from robosc.model import entities
 from robosc.plant import acceptance, event_values
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.step import valuations
@@ -332,7 +332,7 @@ class Execution:
         return [self._happening(e) for e in self._engine.recorder.take()]
 
     def _happening(self, entry: recorder.Entry) -> machine.Happening:
-        decided = deciders.decides(self.plant.robot, entry.kind, entry.name)
+        decided = self.plant.robot.decides(entry.kind, entry.name)
         told = (entry.kind, entry.name, entry.value, entry.tau, entry.outcome, entry.detail)
         return machine.Happening(*told, entry.time, decided)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from robosc.model.stages import told_stages
 from robosc.runtime.core.places import places, stages
 from robosc.simulate.faults import InvalidLine, LineFault
 from robosc.simulate.machines.machine import Choice, CommandState, Machine, event_of_document
@@ -95,7 +94,7 @@ def state_document(machine: Machine) -> Document:
         "components": places(state.components),
         "variables": {
             **state.variables,
-            **stages(state.components, told_stages(machine.plant.robot)),
+            **stages(state.components, machine.plant.robot.stages),
         },
         "communications": {names[key]: phase for key, phase in state.phases.items()},
         "marked": state.marked(machine.plant.robot),
