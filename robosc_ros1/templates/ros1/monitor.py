@@ -4,6 +4,7 @@
 An action is heard by all of its topics. Services cannot be heard in ROS 1.
 """
 
+import io
 import threading
 
 import rospy
@@ -16,6 +17,7 @@ from ._runtime.judge.observation import SeenAction
 from .ros import RosPort
 from .ros_arriving import corrected, maker
 from .ros_backlog import BACKLOG
+from .ros_messages import compose
 
 
 class MonitorPort(RosPort, JudgingPort):
@@ -24,9 +26,20 @@ class MonitorPort(RosPort, JudgingPort):
     def __init__(self, tables, lifecycle):
         super().__init__(tables, lifecycle)
         self._findings = rospy.Publisher("~findings", String, queue_size=1000)
+        self._types = {key: type_ for _, type_, rows in tables.commands for key, _, _ in rows}
+        goals = ((key, type_().action_goal.goal) for _, type_, key in tables.actions)
+        self._types.update((key, type(goal)) for key, goal in goals)
 
     def _actions_of(self):
         return {}  # those of the tables are only heard
+
+    def check(self, key, kind, data):
+        """Check what a shadow would send, as far as it hears of what type that is."""
+        if key in self._types:
+            compose(self._types[key](), data).serialize(io.BytesIO())
+
+    def is_heard(self, key):
+        return True  # by whoever hears those who really send
 
     def corrected(self, message, data):
         return corrected(message, data)

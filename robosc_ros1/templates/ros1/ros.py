@@ -103,6 +103,9 @@ class RosPort(CallingPort):
         else:
             super().check(key, kind, data)
 
+    def is_heard(self, key):
+        return self._publishers[key][0].get_num_connections() > 0
+
     def send(self, key, data):
         publisher, message_type = self._publishers[key]
         with clean(publisher):

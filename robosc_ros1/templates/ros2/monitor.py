@@ -13,7 +13,7 @@ from ._runtime.judge.matching import command_patterns
 from ._runtime.judge.observation import SeenActionOfRos2
 from .ros import RosPort
 from .ros_arriving import corrected, maker
-from .ros_messages import has_oddities, plain
+from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import advertise, qos_profile
 
 STATUS, FEEDBACK = "/_action/status", "/_action/feedback"
@@ -25,9 +25,19 @@ class MonitorPort(RosPort, JudgingPort):
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables, profiles)
         self._findings = advertise(node, String, "~/findings", qos_profile("reliable", 1000))
+        self._types = {key: type_ for _, type_, rows in tables.commands for key, _, _ in rows}
+        self._types.update((key, type_.Goal) for _, type_, key in tables.actions)
 
     def _actions_of(self):
         return {}  # those of the tables are only heard
+
+    def check(self, key, kind, data):
+        """Check what a shadow would send, as far as it hears of what type that is."""
+        if key in self._types:
+            compose(self._types[key](), data, self._node.get_clock())
+
+    def is_heard(self, key):
+        return True  # by whoever hears those who really send
 
     def corrected(self, message, data):
         return corrected(message, data, self._node.get_clock())

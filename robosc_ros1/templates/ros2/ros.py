@@ -185,6 +185,9 @@ class RosPort(CallingPort):
         else:
             super().check(key, kind, data)
 
+    def is_heard(self, key):
+        return self._publishers[key][0].get_subscription_count() > 0
+
     def send(self, key, data):
         publisher, message_type = self._publishers[key]
         publisher.publish(compose(message_type(), data, self._node.get_clock()))

@@ -80,6 +80,7 @@ def _build_generated(folder: Path) -> None:
     for file, mode in (
         (GOLDEN / "models" / "fleet.rscd", "controller"),
         (Path(__file__).with_name("examiner.rscd"), "controller"),
+        (Path(__file__).with_name("trolley.rscd"), "monitor"),
         (model_file, "controller"),
         (model_file, "supervisor"),
     ):

@@ -92,3 +92,14 @@ def test_many_goals_of_others_hide_nothing(stage: Stage, puppet: Puppet, ear: Pu
         puppet.publish("/run_wanted", BOOL, False)
         told = node.shows(lambda s: len(s["faults"]) == 2 and "17 more" in s["faults"][0])
         assert "did not send" in told["faults"][0] and "was cancelled" in told["faults"][1]
+
+
+def test_a_message_that_changes_the_state_waits_for_who_hears_it(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    with stage.controller(ear, "lantern_controller") as node:
+        node.tells(event("request", "kindle", outcome="failed"))
+        assert node.shows(lambda s: s["counters"]["failed"])["components"]["Flame"] == "cold"
+        puppet.do("listen", topic="/kindle", type="std_msgs/Empty")
+        puppet.hears("/kindle")
+        node.enters("Flame", "burning")

@@ -8,6 +8,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 from ros1.stage import Puppet, Stage, event
+from ros_support import await_condition
 from runtime.schemas import validate
 
 LIGHT, FLOAT = "std_msgs/Int16", "std_msgs/Float32"
@@ -79,3 +80,19 @@ def test_what_the_controller_should_not_send_is_told(
         sky.do("steadily", topic="/kindle", type="std_msgs/Empty", fields={})
         told = shadow.tells(event("request", "kindle", outcome="forbidden"))
         assert told["blocked_by"][0]["text"] == "requirement kindle needs Sky.light = dark"
+
+
+def test_what_is_preferred_holds_back_as_in_the_controller(
+    stage: Stage, sky: Puppet, puppet: Puppet
+) -> None:
+    """Though a shadow publishes nothing, it knows of the data whether they could be sent."""
+    with stage.controller(puppet, "trolley_monitor", shadow=True) as shadow:
+        sky.steadily("/near", FLOAT, 2.0)
+        first = shadow.tells(event("request", "move", outcome="withheld"))["number"]
+
+        def names() -> list[str]:
+            told = shadow.events(lambda e: e["outcome"] == "withheld" and e["number"] > first)
+            return [document["event"]["name"] for document in told]
+
+        await_condition(lambda: len(names()) > 10, "what would be sent")
+        assert set(names()) == {"move"}

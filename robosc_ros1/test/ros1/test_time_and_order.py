@@ -29,6 +29,7 @@ def drives(node: Node) -> dict[str, Any]:
 @pytest.mark.once
 def test_a_killed_sensor_stops_the_robot(stage: Stage, ear: Puppet) -> None:
     with stage.controller(ear, NODE) as node:
+        ear.do("listen", topic="/halt", type="std_msgs/Empty")
         with stage.puppet() as sensor:
             sensor.begin("publish", **SCAN, times=10_000, rate=50.0)
             drives(node)

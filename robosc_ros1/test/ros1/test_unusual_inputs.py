@@ -31,6 +31,8 @@ def test_a_value_out_of_range_is_told_and_ignored(
 def test_what_is_assumed_away_is_told_and_shown(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
     number = "std_msgs/Float32"
     with stage.controller(ear, "hoist_controller") as node:
+        for command in ("rise", "hold"):
+            puppet.do("listen", topic=f"/hoist/{command}", type="std_msgs/Empty")
         puppet.steadily("/hoist/height", number, 0.5)
         node.tells(event("request", "rise"))
         puppet.publish("/hoist/door", BOOL, True)

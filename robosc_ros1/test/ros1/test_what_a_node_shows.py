@@ -89,6 +89,7 @@ def test_values_are_published_for_tools_that_plot(
     }.items():  # fmt: skip
         ear.do("listen", topic=f"{values}/{name}", type=f"std_msgs/{type_}", connected=False)
     with stage.controller(ear, "thermostat_controller", publish_values=True):
+        puppet.do("listen", topic="/heat", type="std_msgs/Float32")
         assert ear.hears(f"{values}/Heater")["data"] == 0
         assert ear.hears(f"{values}/Sensor/season")["data"] == "winter"
         puppet.publish("/reading", "std_msgs/Float32", -3.5)

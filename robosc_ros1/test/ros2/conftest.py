@@ -141,6 +141,7 @@ def _build(bed: Bed, folder: Path) -> None:
         (HERE / "models" / "crane.rscd", "monitor", ()),
         (GOLDEN / "models" / "fleet.rscd", "controller", ()),
         (GOLDEN / "models" / "hoist.rscd", "monitor", ()),
+        (HERE.parent / "ros1" / "trolley.rscd", "monitor", ()),
         (seen, "monitor", ("--package", "courier_monitor")),
     ]
     packages += [(reflector, mode, ()) for mode in ("controller", "supervisor")]

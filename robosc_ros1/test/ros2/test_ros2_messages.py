@@ -268,6 +268,20 @@ def test_who_else_is_on_its_topics_is_told(graph: Graph, controller: Start) -> N
     robot.expect_state("guarded_arm", lambda s: s["faults"] == [])
 
 
+def test_a_message_that_changes_the_state_waits_for_who_hears_it(
+    graph: Graph, controller: Start
+) -> None:
+    node = "watch_controller"
+    controller(node)
+    robot = graph.peer()
+    robot.watch(node)
+    unsent = robot.expect_state(node, lambda s: s["counters"]["failed"])
+    assert unsent["components"]["Motor"] == "ready"
+    robot.subscribe("/halt", "std_msgs/msg/Empty")
+    robot.expect("message", name="/halt")
+    robot.expect_state(node, lambda s: s["components"]["Motor"] == "rest")
+
+
 STRANGER = """
 import sys, time, rclpy
 from std_msgs.msg import Empty

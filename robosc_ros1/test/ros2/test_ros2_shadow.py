@@ -51,3 +51,22 @@ def test_a_shadow_tells_what_the_controller_sends_and_sends_nothing(
     assert robot.order("senders", name="beacon") == [NODE]
     state = robot.expect_state(SHADOW, lambda s: s["counters"]["commands"] > 3)
     assert state["counters"]["forbidden"] == state["counters"]["mismatches"] == 0
+
+
+def test_what_is_preferred_holds_back_as_in_the_controller(graph: Graph, controller: Start) -> None:
+    """Though a shadow publishes nothing, it knows of the data whether they could be sent."""
+    controller("trolley_monitor", shadow=True)
+    robot = graph.peer()
+    robot.watch("trolley_monitor")
+    robot.order("say", name="/near", type="std_msgs/msg/Float32", data={"data": 2.0})
+    robot.expect_state("trolley_monitor", lambda s: s["communications"]["near"] == "fresh")
+
+    def names(state: Any) -> set[str]:
+        return {e["event"]["name"] for e in state["latest"] if e["outcome"] == "withheld"}
+
+    robot.expect_state("trolley_monitor", lambda s: s["counters"]["withheld"] > 30)
+    state = robot.expect_state("trolley_monitor", lambda s: names(s) == {"move"})
+    more = state["counters"]["withheld"] + 20
+    assert names(
+        robot.expect_state("trolley_monitor", lambda s: s["counters"]["withheld"] > more)
+    ) == {"move"}

@@ -27,6 +27,7 @@ def ear(graph: Graph) -> Peer:
     peer = graph.peer("ear")
     peer.watch(NODE)
     peer.subscribe(f"{NODE}/events", "std_msgs/msg/String")
+    peer.subscribe("/halt", "std_msgs/msg/Empty")
     return peer
 
 

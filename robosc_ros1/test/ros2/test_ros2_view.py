@@ -38,6 +38,7 @@ def test_the_page_shows_what_a_controller_of_ros_2_tells(
     browser.sees(link_says("live"))
     browser.sees("document.getElementById('robot').textContent === 'LineFollower'")
     robot, other = graph.peer(), graph.peer("other")
+    other.subscribe("/vel", "geometry_msgs/msg/Twist")
     # What came before the sensor's subscription was matched is lost, as from any sensor.
     robot.order("repeat", name=DISTANCE[0], type=DISTANCE[1], data={"data": 1.0}, qos={})
     browser.sees(is_in("DistanceSensor", "sensing"))

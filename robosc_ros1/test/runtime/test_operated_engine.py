@@ -71,6 +71,22 @@ def test_a_step_without_a_command_that_is_allowed_is_refused() -> None:
     assert played.wait(1.0) == []
 
 
+def test_a_step_is_no_use_of_what_cannot_be_sent() -> None:
+    played = Played()
+    played.begin()
+    played.see(CLEAR)
+    order(played, "hold")
+    played.end(LAMP)
+    played.port.broken = {GO}
+    for _ in range(3):
+        assert order(played, "step") == [LAMP]
+        played.end(LAMP)
+    played.controller.lamp_allowed = False
+    told(played)
+    assert order(played, "step") == []
+    assert told(played) == [("step", "refused")]
+
+
 @pytest.mark.parametrize("word", ["release", "step", "dance"])
 def test_orders_that_mean_nothing_change_nothing(word: str) -> None:
     played = Played()

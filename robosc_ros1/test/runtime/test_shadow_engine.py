@@ -191,3 +191,14 @@ def _happen(engine: Any, real: Played, step: str) -> None:
             engine.report(key, real.port.tokens[key], kind, payload)
         else:
             engine.role.answer(key, kind, payload)
+
+
+def test_what_could_not_be_sent_is_told_as_failed(bench: Shadowed) -> None:
+    def check(key: str, kind: str, data: Any) -> None:
+        if data:
+            raise OverflowError("it does not fit")
+
+    bench.port.check = check  # type: ignore[method-assign]
+    bench.begin()
+    assert "go" not in [name for name, _, _ in bench.hear(CLEAR)]
+    assert bench.outcomes["failed"] == 1

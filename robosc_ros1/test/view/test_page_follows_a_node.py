@@ -65,6 +65,7 @@ def test_the_page_shows_what_the_controller_tells(
     with stage.controller(puppet, NODE) as node:
         browser.sees(link_says("live"))
         browser.sees("document.getElementById('robot').textContent === 'LineFollower'")
+        puppet.do("listen", topic="/vel", type="geometry_msgs/Twist")
         # A sensor that falls silent stops the motor; the page may take longer than that.
         puppet.steadily(*DISTANCE, 1.0)
         node.enters("Motor", "moving")

@@ -4,6 +4,7 @@ completion after each."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Callable
 
 from .clocks import Timer
@@ -64,12 +65,13 @@ class Commanding:
             return "it stood still, and first applies the messages that waited"
         now = self._now()
         self._scheduler.begin(now)
-        # One that was performed last is next only in the round after.
-        command = self._scheduler.next(now) or self._scheduler.next(now)
-        if command is None:
-            return "no command is allowed now"
-        self._sending.perform(command)
-        return None
+        found = "no command is allowed now"
+        for _ in range(2):  # one that was performed last is next only in the round after
+            for command in iter(partial(self._scheduler.next, now), None):
+                if self._sending.perform(command):
+                    return None
+                found = "what is allowed now cannot be sent"
+        return found
 
     def snapshot(self) -> dict[str, Any]:
         return {}

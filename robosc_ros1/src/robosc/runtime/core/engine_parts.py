@@ -11,7 +11,7 @@ from .calls import Calls
 from .clocks import Clocks
 from .gate import Gate
 from .inbox import EngineQueue, Inbox
-from .model import SERVED, Controller, Input
+from .model import ONCE, SERVED, Controller, Input
 from .port import Port
 from .recorder import EventRecorder, Throttle
 from .scheduler import CommandScheduler
@@ -56,6 +56,14 @@ class BoundInput:
         return result
 
 
+def _noted(controller: Controller) -> frozenset[str]:
+    """Return the messages to the robot, by key, that are not just repeated."""
+    once = {c.key for c in controller.COMMUNICATIONS if c.rate == ONCE}
+    changing = {c.key for c in controller.COMMANDS if c.writes}
+    messages = {c.key for c in controller.COMMUNICATIONS if c.sort == "incoming"}
+    return frozenset(messages & (once | changing))
+
+
 Inputs = Tuple[BoundInput, ...]
 Message = Tuple[Union[Inputs, Callable[[Any, Any], None]], Any, Union[int, Inbox]]
 Item = Union[Message, Callable[[], None]]
@@ -79,7 +87,7 @@ class EngineParts:
     ) -> None:
         self.controller = controller
         self.port = port
-        self.gate = Gate(port, settings.refuse_not_finite)
+        self.gate = Gate(port, settings.refuse_not_finite, _noted(controller))
         self.settings = settings
         self.steady = steady
         self.now = now

@@ -9,9 +9,9 @@ anywhere outside the engine. A message is tried again on its beat; a request is 
 
 from __future__ import annotations
 
-from typing import Any, Callable
+from typing import AbstractSet, Any, Callable
 
-from .port import Port, WaitingCall
+from .port import NotTaken, Port, WaitingCall
 from .values import Undefined, demand_finite, told_error
 
 
@@ -24,11 +24,16 @@ def lack(error: Exception) -> str:
 
 class Gate:
     """The way out of the node. Only the thread that has the turn may call the methods, which raise
-    any exception if nothing was sent."""
+    any exception if nothing was sent.
 
-    def __init__(self, port: Port, only_finite: bool) -> None:
+    ``noted`` are the messages, by key, that are not just repeated: to have sent them is part of the
+    state. So they are not sent while nobody hears them.
+    """
+
+    def __init__(self, port: Port, only_finite: bool, noted: AbstractSet[str]) -> None:
         self._port = port
         self._only_finite = only_finite
+        self._noted = noted
 
     def check(self, key: str, kind: str, data: Any, whole: bool = True) -> None:
         """Raise any exception if a command cannot be sent with these data; whether they fit their
@@ -40,16 +45,21 @@ class Gate:
 
     def lack(self, key: str, kind: str, give: Callable[[], Any] | None) -> str | None:
         """Return why what a command would be sent with now cannot be sent; None: it can."""
-        if give is None:
-            return None
         try:
-            self.check(key, kind, give())
+            self._demand_heard(key)
+            if give is not None:
+                self.check(key, kind, give())
         except Exception as error:
             return lack(error)
         return None
 
     def message(self, key: str, data: Any) -> None:
+        self._demand_heard(key)
         self._port.send(key, data)
+
+    def _demand_heard(self, key: str) -> None:
+        if key in self._noted and not self._port.is_heard(key):
+            raise NotTaken("nobody subscribes to its topic")
 
     def takes(self, key: str) -> bool:
         """Whether a server can take a request now."""

@@ -47,6 +47,10 @@ class Port:
         """Raise any exception if the data do not fit the type of a command, which is a "request",
         or an answer: "response" or "feedback"."""
 
+    def is_heard(self, key: str) -> bool:
+        """Return whether somebody receives an incoming message now."""
+        return True
+
     def send(self, key: str, data: Data) -> None:
         """Publish an incoming message. Raises any exception if it was not sent."""
         raise NotImplementedError

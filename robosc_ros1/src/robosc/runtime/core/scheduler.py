@@ -207,7 +207,7 @@ class CommandScheduler:
                 others = [self.commands[other] for other in row.yields_to]
                 others = [other for other in others if other.row.read is None]
                 self.commands[index].yield_to(others, lack)
-                if any(other.data is not None for other in others):
+                if any(c.data is not None or c.writes or c.is_once for c in others):
                     by_data.add(index)
         self._by_data = by_data | {c.index for c in self.commands if c.is_once or c.replaces}
         self._readers: dict[str, list[ScheduledCommand]] = {}

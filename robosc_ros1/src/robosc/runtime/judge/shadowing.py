@@ -62,7 +62,7 @@ class Shadow:
         try:
             if command.data is not None:
                 data = command.data()
-                self._parts.gate.check(command.key, command.kind, data, whole=False)
+                self._parts.gate.check(command.key, command.kind, data)
         except Exception as error:
             fault = lack(error)
         else:
