@@ -284,6 +284,8 @@ class Puppet:
 
     def shout(self, name, count):
         """Somebody else's goals."""
+        # Of more than wait to be sent, which are ten, actionlib's client leaves out the first.
+        rospy.set_param("actionlib_client_pub_queue_size", 10 + count)
         client = connected_client(name, self.servers[name].type)
         goal = type(self.servers[name].type().action_goal.goal)()
         self.foreign = [client.send_goal(goal) for _ in range(count)]
