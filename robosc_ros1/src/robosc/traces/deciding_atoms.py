@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import compress
@@ -24,6 +25,7 @@ from robosc.traces.exact_steps import (
     keys_read,
     of_carried,
     possible_values,
+    remembering,
 )
 from robosc.traces.samples import NEAR
 
@@ -83,14 +85,24 @@ class DecidedCondition:
         """What states differ in: the atoms, and in place of those of elements the whole."""
         self._text = text
         self._evaluate = self._compiled(expr)
+        self._of_state: Callable[[State], Mapping[bool, set[Outcome]]] | None = None
+        if not any(isinstance(part, ValueRef | ElementRef) for part in walk(expr)):
+            read = tuple(dict.fromkeys(key for atom in self.atoms for key in atom.reads))
+            self._of_state = remembering(partial(self._possible, carried=NOTHING), read)
 
     def deciding(self, state: State, carried: Carried = NOTHING) -> tuple[bool, set[Outcome]]:
         """Whether it holds, and the outcomes of the atoms that alone decide that."""
         ((value, outcomes),) = self.possible(state, carried).items()
         return value, outcomes
 
-    def possible(self, state: State, carried: Carried = UNKNOWN) -> dict[bool, set[Outcome]]:
+    def possible(self, state: State, carried: Carried = UNKNOWN) -> Mapping[bool, set[Outcome]]:
         """The same for each value that it may have, where not all is known."""
+        if self._of_state is not None:
+            with suppress(KeyError):  # not all of the state is known
+                return self._of_state(state)
+        return self._possible(state, carried)
+
+    def _possible(self, state: State, carried: Carried) -> Mapping[bool, set[Outcome]]:
         found: dict[bool, set[Outcome]] = {}
         for value, atoms in self._evaluate(state, carried).items():
             outcomes = found[value] = set()
