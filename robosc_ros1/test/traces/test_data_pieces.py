@@ -64,6 +64,18 @@ def test_a_fault_in_a_piece_is_found(right: str, wrong: str) -> None:
     assert tells_apart(supervisor, scripts_of(supervisor), source.replace(right, wrong))
 
 
+def test_data_of_what_nothing_lets_pass_are_proved_unreachable() -> None:
+    """In lost, no move is sent, whatever its data would be."""
+    only_lost = DRIVES.replace(
+        "z: Seen.distance > 2 and Seen.side\n    }", "z: Seen.side } if Seen.lost"
+    )
+    assert only_lost != DRIVES
+    traces = choose(supervisor_of(only_lost))
+    given = {case for case in traces.cases if case[0] == "provided"}
+    assert given
+    assert given <= traces.proved
+
+
 def test_a_state_to_which_only_nan_leads_is_shown() -> None:
     traces = choose(supervisor_of(DRIVES))
     back = [

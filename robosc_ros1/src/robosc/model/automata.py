@@ -40,6 +40,11 @@ class Variable:
     def key(self) -> str:
         return f"{self.component}.{self.name}"
 
+    @property
+    def written(self) -> str:
+        """The key as conditions have it: of the errors of a state in a row with a dot more."""
+        return self.key.replace(" ", ".")
+
 
 @dataclass(frozen=True, slots=True)
 class Assignment:

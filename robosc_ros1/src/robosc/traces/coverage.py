@@ -369,9 +369,11 @@ class Coverage:
             found |= self.of_command(step, state, UNKNOWN)
             if step.replaces(state):
                 found |= {("replaced", step.number, value) for value in (True, False)}
-            if all(one.may_pass for one in self._obstacles(step, state, UNKNOWN)):
+            may_pass = all(one.may_pass for one in self._obstacles(step, state, UNKNOWN))
+            if may_pass:
                 found.add(("sent", step.number))
-            found.update(self.data_of(step, state, UNKNOWN))
+            if may_pass or self.steps.guards_others:  # a correction may be why it passes, or not
+                found.update(self.data_of(step, state, UNKNOWN))
         elif not step.event.controllable:
             found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
         if step.guard is None or True in possible_values(step.guard, state, UNKNOWN):

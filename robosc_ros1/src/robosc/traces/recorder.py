@@ -502,13 +502,13 @@ class Recorder:
             value = self.state[key]
             if value is None or not (value != before[key] or key in assigned):
                 continue
-            key = key.replace(" ", ".")  # the errors of a state in a row
+            written = variable.written
             if isinstance(variable.type, ObjectType):
                 if len(repr(value)) * len(self._robot.variables) > TOLD:
                     continue
-                yield from islice(self._part(key, variable.type, jsonable(value)), 1)
+                yield from islice(self._part(written, variable.type, jsonable(value)), 1)
             elif not isinstance(variable.type, ArrayType):
-                yield from _equal(key, value, variable.type)
+                yield from _equal(written, value, variable.type)
 
     def _stage(self, state: str, stage: str) -> Iterator[str]:
         """The stage of a state that performs a command, or that it is in none that is told."""

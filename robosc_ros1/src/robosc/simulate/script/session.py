@@ -438,8 +438,7 @@ class Session:
                     text = isinstance(variable.type, StringType)
                     enum = isinstance(variable.type, EnumType)
                     shown = value if enum else literal_text(value, quoted=text)
-                    name = variable.key.replace(" ", ".")  # the errors of a state in a row
-                    lines.append(f"expect {name} = {shown}")
+                    lines.append(f"expect {variable.written} = {shown}")
         return "\n".join(lines) + "\n"
 
     def _save(self, rest: str) -> Done:
