@@ -43,8 +43,8 @@ from robosc.traces.search import Move, value_of
 PATIENCE = 100000
 """Seconds of deadlines that no run is to meet: calls are answered by scripts."""
 SILENCE = 1.5
-"""Seconds: the timeout of messages, unless that is a parameter of the model, or shorter than a delay
-that is not longer than this."""
+"""Seconds: the timeout of messages, unless that is a parameter of the model, or shorter than a
+delay that is not longer than this."""
 OVERDUE = 2.5
 """Seconds: the timeout of services that can fail by time alone, unless it is such a parameter."""
 RATE = 1.0
@@ -426,8 +426,8 @@ class Recorder:
             yield "applied"
 
     def _reasons(self) -> Iterator[str]:
-        """Why commands are disabled, where no run has told that yet, or not what alone decides it: a
-        command need not be due before that changes again."""
+        """Why commands are disabled, where no run has told that yet, or not what alone decides it:
+        a command need not be due before that changes again."""
         for command in self._steps.commands:
             if self._steps.guards_others and self._steps.reads_data(command):
                 continue
@@ -558,7 +558,7 @@ def _seconds(expr: Any) -> float:
 
 
 def _silence(timeout: float, delays: Iterable[float]) -> float:
-    """The timeout of a message in a run: its own where it would not end before a delay otherwise."""
+    """The timeout of a message in a run: its own if it would not end before a delay otherwise."""
     return timeout if any(timeout < delay <= SILENCE for delay in delays) else SILENCE
 
 
