@@ -22,7 +22,7 @@ from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize
 from robosc.traces import unreachable
-from robosc.traces.coverage import Coverage
+from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Steps
 from robosc.traces.scripts import choose
 
@@ -69,7 +69,9 @@ def test_what_is_proved_unreachable_is_not_shown(name: str) -> None:
     for guards in (False, True):
         robot = pipeline.load(model_of(name), pipeline.Options(supervises=guards)).robot
         traces = choose(pipeline.synthesize(robot))
-        assert not traces.shown & unreachable.unreachable(traces.coverage)
+        excluded = unreachable.Unreachable(traces.coverage)
+        assert not traces.shown & excluded.whatever_numbers_are()
+        assert not traces.shown & excluded.with_numbers(traces.cases)
 
 
 def test_the_same_is_proved_of_many_states(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,9 +83,13 @@ def test_the_same_is_proved_of_many_states(monkeypatch: pytest.MonkeyPatch) -> N
         for guards in (False, True)
     ]
     coverages = [Coverage(Steps(pipeline.synthesize(robot))) for robot in robots]
-    one_by_one = [unreachable.unreachable(coverage) for coverage in coverages]
+
+    def proved() -> list[frozenset[Case]]:
+        return [unreachable.Unreachable(c).whatever_numbers_are() for c in coverages]
+
+    one_by_one = proved()
     monkeypatch.setattr(unreachable, "STATES", 0)
-    assert [unreachable.unreachable(coverage) for coverage in coverages] == one_by_one
+    assert proved() == one_by_one
     assert any(one_by_one)
 
 
@@ -201,22 +207,42 @@ def passes(text: str) -> None:
 
 
 def test_why_something_is_not_shown() -> None:
-    """The tries are counted from 0 to 2, so none is above; numbers of the robot have no end."""
+    """The tries are counted from 0 to 2, so none is above; the robot tells its volts in tenths, so
+    that none lie just below a number."""
     supervisor = supervisor_of("navigation")
     traces = choose(supervisor)
     why = {text: traces.why([case]) for case, text in traces.cases.items()}
     above = "navigate.error in Operator (line 26, to waiting): Navigator.tries < 2, just above the "
     assert why[above + "number, alone decides"] == "proved unreachable"
+    traces = choose(supervisor_of("kobuki"))
+    below = "Base.volts > 13.2, just below the number, alone decides"
+    cases = [case for case, text in traces.cases.items() if text.endswith(below)]
+    assert cases
+    assert re.fullmatch(r"not found in [0-9,]+ inputs", traces.why(cases))
+
+
+def test_what_numbers_exclude_is_proved() -> None:
+    """Where the requirement lets the door turn, one of two numbers is reached already: so what
+    provides its data is not asked for those between them."""
     traces = choose(supervisor_of("door"))
-    rest = {case: text for case, text in traces.cases.items() if case not in traces.shown}
-    proved = {text for case, text in rest.items() if case in traces.proved}
-    assert proved == {"turn.request: Motor blocks it"}
-    # The requirement keeps the door from being turned there; that is about numbers.
-    last = (
-        "turn.request, provide (door.rscd:30): Sensor.last >= 0.99, which is false, alone decides"
-    )
-    (case,) = (case for case, text in rest.items() if text == last)
-    assert re.fullmatch(r"not found in [0-9,]+ inputs", traces.why([case]))
+    rest = {text for case, text in traces.cases.items() if case not in traces.shown}
+    assert rest == {text for case, text in traces.cases.items() if case in traces.proved}
+    provide, alone = "turn.request, provide (door.rscd:%d): Sensor.last %s, ", " alone decides"
+    assert rest == {
+        "turn.request: Motor blocks it",
+        provide % (29, "<= 0.01") + "just above the number," + alone,
+        provide % (30, ">= 0.99") + "which is false," + alone,
+        provide % (30, ">= 0.99") + "just below the number," + alone,
+    }
+
+
+@pytest.mark.parametrize("guards", [False, True])
+def test_numbers_at_a_distance_are_met(guards: bool) -> None:
+    """What a supervisor's controller sends is decided by what came before it; and one part of a
+    vector alone brings exactly a distance."""
+    robot = pipeline.load(model_of("docking"), pipeline.Options(supervises=guards)).robot
+    traces = choose(pipeline.synthesize(robot))
+    assert traces.shown == traces.cases.keys()
 
 
 GALLERY = "gallery/go_to_pose"

@@ -16,6 +16,7 @@ from robosc.emit.controller.naming import place
 from robosc.expr.tree import TRUE, Expr, Operation
 from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind
+from robosc.model.entities import data_expressions
 from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl
 from robosc.plant.part_names import LONG
@@ -41,6 +42,7 @@ from robosc.traces.exact_steps import (
     possible_values,
     remembering,
 )
+from robosc.traces.regions import regions
 
 Case: TypeAlias = tuple[Any, ...]
 
@@ -491,6 +493,20 @@ class Coverage:
                     yield from (("piece", *case, piece, way) for way in ways)
             if False not in values:
                 return
+
+    def regions(self, step: ExactStep) -> dict[str, list[Any]]:
+        """The numbers that what decides about an event only compares with numbers that stand, each
+        with a value of every kind that this tells apart."""
+        edges = [j for key, some in self._edges.items() if key[0] == step.number for j in some]
+        exprs = [expr for j in edges for expr in (j.guard.expr, *j.edge.made)]
+        rule = self.rules_by_number.get(step.number)
+        exprs += [] if rule is None else [demand.condition.expr for demand in rule.demands]
+        for provide, condition in self._provides.get(step.number, ()):
+            exprs += [condition.expr, *data_expressions(provide.data)]
+        guard = self.steps.guards.get(step.event.identity)
+        exprs += [] if guard is None else [exact(guard.expr)]
+        types = {key: variable.type for key, variable in self.robot.variables.items()}
+        return regions(exprs, types)
 
     @cached_property
     def atoms(self) -> Results[Any]:

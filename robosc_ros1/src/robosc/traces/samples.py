@@ -340,6 +340,8 @@ def _combined(columns: Mapping[str, list[Any]]) -> Iterator[dict[str, Any]]:
 
     bases = [base(number) for number in range(BASES)]
     yield from bases
+    # Of distances and norms, one part alone brings exactly a number.
+    bases[3] = {n: 0.0 if 0.0 in values else values[0] for n, values in columns.items() if values}
     rounds = max(map(len, columns.values()), default=0)
     for number in range(rounds):
         for name, values in columns.items():

@@ -29,7 +29,7 @@ from robosc.traces.guard_recorder import GuardRecorder, MonitorRecorder, permiss
 from robosc.traces.recorder import Recorder, ScriptedRun
 from robosc.traces.samples import Samples
 from robosc.traces.search import Edge, InputGraph, scaled
-from robosc.traces.unreachable import unreachable
+from robosc.traces.unreachable import Unreachable
 
 LONGEST_RUN = 120
 """The most inputs of a run, unless it is on its way to something."""
@@ -79,7 +79,8 @@ def choose(
     steps = Steps(supervisor, mute, rates, follows, unjudged, fields, judges_states)
     coverage = Coverage(steps)
     samples = Samples(steps.robot, [s.event for s in steps.steps], steps.fields)
-    proved = unreachable(coverage)
+    excluded = Unreachable(coverage)
+    proved = excluded.whatever_numbers_are()
     search = InputGraph(steps, coverage, samples, coverage.cases.keys() - proved)
     search.explore()
     judged = permissive(supervisor) if follows else supervisor
@@ -105,6 +106,7 @@ def choose(
             break  # and the next run would be the same
     _annotate(runs, coverage)
     found = frozenset(shown & coverage.cases.keys())
+    proved |= excluded.with_numbers(coverage.cases.keys() - found - proved)
     return Traces(tuple(runs), coverage.cases, found, coverage, proved, search.tried)
 
 

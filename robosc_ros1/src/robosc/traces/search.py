@@ -64,6 +64,8 @@ class Node:
     """Where it is, without and with its finite variables, how each component is, and what stands in
     the way of each command."""
     number: int
+    came: tuple[Node, ExactStep, Sample] | None = None
+    """The node from which it was reached first, and by which input; None: it is the start."""
     edges: dict[Any, Edge] = field(default_factory=dict)
     is_expanded: bool = False
 
@@ -325,6 +327,15 @@ class InputGraph:
         """Try what differs little from a sample that has shown that a number decides."""
         self._try(node, step, self._samples.around(step.event, sample))
 
+    def _set_by(self, node: Node) -> Iterator[tuple[Node, ExactStep, Sample]]:
+        """The last input on the way to a node that has changed a number; nothing, if none has."""
+        came = node.came
+        while came is not None:
+            if any(came[0].state[key] != node.state[key] for key in self._infinite):
+                yield came
+                return
+            came = came[0].came
+
     def _try(self, node: Node, step: ExactStep, samples: list[Sample]) -> None:
         pending: list[tuple[Sample, ExactStep | None]] = [(sample, None) for sample in samples]
         for sample, first in pending:
@@ -336,6 +347,8 @@ class InputGraph:
             # Commands take turns: the one that was sent goes behind all others.
             pending += [(sample, other) for other in self._passed_over] if first is None else []
             target = self.node(state)
+            if target.came is None and target is not self.start:
+                target.came = node, step, sample
             sort = step.number, target.number, cases
             if sort in node.edges:
                 continue
@@ -348,6 +361,7 @@ class InputGraph:
             if any(self._near[case] - self.seen for case, _ in decided):
                 self._refined |= decided
                 self._promising.append((node, step, sample))
+                self._promising += self._set_by(node)
 
     def taken(
         self, state: State, step: ExactStep, sample: Sample, first: ExactStep | None = None

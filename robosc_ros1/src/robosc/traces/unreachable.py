@@ -1,14 +1,17 @@
 """Which cases no run can show, because the plant under its supervisor excludes them.
 
 Looked at is each state that is reached, as far as the plant knows it: its locations, phases and
-finite variables. What depends on numbers or on data may come out in any way. So what is possible
-here need not be possible on the robot, but what is not possible here is nowhere. For each event it
-is enough what those variables are together that its cases read.
+finite variables. What depends on data may come out in any way, and numbers may be anything. So what
+is possible here need not be possible on the robot, but what is not possible here is nowhere. For
+each event it is enough what those variables are together that its cases read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
+from itertools import product
 
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, VariableKind
@@ -23,29 +26,60 @@ STATES, COMBINATIONS = 10000, 20000
 _KNOWN = (VariableKind.LOCATION, VariableKind.ASSUMPTION, VariableKind.PHASE)
 
 
-def unreachable(coverage: Coverage) -> frozenset[Case]:
-    """The cases of which it is proved that no run shows them. A monitor's robot is under no
-    supervisor, so there it proves nothing."""
-    steps = coverage.steps
-    if steps.follows:
-        return frozenset()
-    keys = _keys(steps.plant)
-    numbers = {key: number for number, key in keys.items()}
-    read = (coverage.reads(step) | _assigned(step) for step in steps.steps)
-    groups = [frozenset(numbers[key] for key in some if key in numbers) for some in read]
-    try:
-        reached = _reached(steps, groups)
-    except StateSpaceError:
-        return frozenset()
-    pairs = list(zip(steps.steps, reached, strict=True))
-    unknown = {step.number for step, several in pairs if several is None}
-    found = {case for case in coverage.cases if case[1] in unknown}
-    for step, several in pairs:
-        for assigned in several or ():
-            state = _state(steps.plant, keys, assigned)
+class Unreachable:
+    """Which cases it is proved of that no run shows them. A monitor's robot is under no supervisor,
+    so there nothing is proved."""
+
+    def __init__(self, coverage: Coverage) -> None:
+        self._coverage = coverage
+        steps = coverage.steps
+        keys = _keys(steps.plant)
+        numbers = {key: number for number, key in keys.items()}
+        read = (coverage.reads(step) | _assigned(step) for step in steps.steps)
+        groups = [frozenset(numbers[key] for key in some if key in numbers) for some in read]
+        reached: Sequence[list[Assigned] | None] = [None] * len(groups)
+        if not steps.follows:
+            with suppress(StateSpaceError):
+                reached = _reached(steps, groups)
+        self._states = [
+            (step, several and [_state(steps.plant, keys, one) for one in several])
+            for step, several in zip(steps.steps, reached, strict=True)
+        ]
+
+    def whatever_numbers_are(self) -> frozenset[Case]:
+        """Those of which locations, phases and finite variables are reason enough."""
+        unknown = {step.number for step, states in self._states if states is None}
+        if len(unknown) == len(self._states):
+            return frozenset()
+        found = {case for case in self._coverage.cases if case[1] in unknown}
+        for step, states in self._states:
+            found |= self._possible(step, states or ())
+        return frozenset(self._coverage.cases.keys() - found)
+
+    def with_numbers(self, cases: Collection[Case]) -> frozenset[Case]:
+        """Those of some cases of which it is enough, too, where numbers lie among those with which
+        the conditions of an event compare them."""
+        by_number: dict[int, set[Case]] = {}
+        for case in cases:
+            by_number.setdefault(case[1], set()).add(case)
+        found: set[Case] = set()
+        for step, states in self._states:
+            wanted = by_number.get(step.number)
+            if wanted and states is not None:
+                regions = self._coverage.regions(step)
+                each = product(*regions.values())
+                if 1 < math.prod(map(len, regions.values())) <= COMBINATIONS / max(1, len(states)):
+                    numbers = [dict(zip(regions, values, strict=True)) for values in each]
+                    all_states = (state | some for state in states for some in numbers)
+                    found |= wanted - self._possible(step, all_states)
+        return frozenset(found)
+
+    def _possible(self, step: ExactStep, states: Iterable[State]) -> set[Case]:
+        found: set[Case] = set()
+        for state in states:
             if step.in_phase(state):
-                found |= coverage.possible(step, state)
-    return frozenset(coverage.cases.keys() - found)
+                found |= self._coverage.possible(step, state)
+        return found
 
 
 def _reached(steps: Steps, groups: list[frozenset[int]]) -> Sequence[list[Assigned] | None]:
