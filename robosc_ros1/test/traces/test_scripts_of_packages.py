@@ -237,6 +237,18 @@ def test_what_numbers_exclude_is_proved() -> None:
 
 
 @pytest.mark.parametrize("guards", [False, True])
+def test_a_requirement_that_a_guard_says_again_is_shown(guards: bool) -> None:
+    """Where synthesis restricts a command further, its guard forbids what a requirement does."""
+    robot = pipeline.load(model_of("two_robots"), pipeline.Options(supervises=guards)).robot
+    traces = choose(pipeline.synthesize(robot))
+    shown = {traces.cases[case] for case in traces.shown}
+    alone = "(two_robots.rscd:%d): Robot[1].battery.fresh, which is false, alone decides"
+    for line in (76, 10):
+        found = {text for text in shown if text.endswith(alone % line)}
+        assert any(text.startswith("Robot[1].cross.request") for text in found)
+
+
+@pytest.mark.parametrize("guards", [False, True])
 def test_numbers_at_a_distance_are_met(guards: bool) -> None:
     """What a supervisor's controller sends is decided by what came before it; and one part of a
     vector alone brings exactly a distance."""

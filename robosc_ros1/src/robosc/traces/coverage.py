@@ -76,6 +76,8 @@ class Obstacle:
 
     ways: Mapping[bool, Sequence[Case]]
     told: str | None
+    is_guard: bool = False
+    """Whether it is what synthesis demands beyond the requirements, and with them."""
 
     @property
     def may_pass(self) -> bool:
@@ -310,7 +312,9 @@ class Coverage:
             case = "demand", step.number, index
             values = demand.condition.possible(state, carried).items()
             ways = {v: [(*case, *one) for one in some] for v, some in values}
-            found.append(Obstacle(ways, None if demand.requirement is None else demand.text))
+            is_guard = demand.requirement is None and step.event.kind.sent
+            text = None if demand.requirement is None else demand.text
+            found.append(Obstacle(ways, text, is_guard))
         return found
 
     def of_command(
@@ -326,13 +330,34 @@ class Coverage:
             return set()
         obstacles = self._obstacles(step, state, carried)
         closed = [one for one in obstacles if not one.may_pass]
-        if len(closed) > 1:
-            return set()
-        found = {c for one in closed or obstacles for cases in one.ways.values() for c in cases}
+        found: set[Case] = set()
+        if len(closed) <= 1:
+            found = {c for one in closed or obstacles for cases in one.ways.values() for c in cases}
+        if obstacles and obstacles[-1].is_guard:
+            guard = obstacles[-1]
+            for one in obstacles[:-1]:
+                if all(other in (one, guard) for other in closed):
+                    found |= self._in_both(one, guard)
         is_alone = not any(case[0] in ("blocked", "yields") for case in found)
         if carried is not UNKNOWN and is_alone and step.after(state, carried) is None:
             return set()
         return found
+
+    def _in_both(self, requirement: Obstacle, guard: Obstacle) -> set[Case]:
+        """The cases of what alone decides that both forbid a command: a guard says again what the
+        requirements do."""
+
+        def parts(obstacle: Obstacle) -> dict[Any, Case]:
+            cases = (case for case in obstacle.ways.get(False, ()) if case[0] == "demand")
+            return {(self._atom_of(case).text, *case[-2:]): case for case in cases}
+
+        firsts, seconds = parts(requirement), parts(guard)
+        return {c for key in firsts.keys() & seconds for c in (firsts[key], seconds[key])}
+
+    def _atom_of(self, case: Case) -> Atom:
+        """What decides in a case of a demand."""
+        _, number, index, atom, *_ = case
+        return self.rules_by_number[number].demands[index].condition.atoms[atom]
 
     def allows(self, step: ExactStep, state: State, carried: Carried) -> bool:
         """Whether a command of another controller may pass."""
@@ -358,6 +383,8 @@ class Coverage:
         is_blocked = found or step.blocked_by(state, carried)
         if not is_blocked and step.after(state, carried) is None:
             return None
+        if found or any(one.told for one in closed):
+            closed = [one for one in closed if not one.is_guard]
         if any(one.told is None for one in closed):
             return None
         found += dict.fromkeys(one.told for one in closed if one.told)

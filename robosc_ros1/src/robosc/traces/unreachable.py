@@ -42,8 +42,8 @@ class Unreachable:
             with suppress(StateSpaceError):
                 reached = _reached(steps, groups)
         self._states = [
-            (step, several and [_state(steps.plant, keys, one) for one in several])
-            for step, several in zip(steps.steps, reached, strict=True)
+            (step, None if some is None else [_state(steps.plant, keys, one) for one in some])
+            for step, some in zip(steps.steps, reached, strict=True)
         ]
 
     def whatever_numbers_are(self) -> frozenset[Case]:

@@ -32,7 +32,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 43, 55, 2119
+SHOWN, CASES, INPUTS = 43, 55, 2497
 UNKNOWN = []
 UNREACHABLE = [
     (
@@ -42,6 +42,22 @@ UNREACHABLE = [
     (
         "heat.request, provide (thermostat.rscd:50): Sensor.season != winter, which is false, "
         "alone decides"
+    ),
+    (
+        "rest.request, requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit "
+        "(thermostat.rscd:46): Sensor.degrees > limit, which is true, alone decides"
+    ),
+    (
+        "rest.request, requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit "
+        "(thermostat.rscd:46): Sensor.degrees > limit, at the number, alone decides"
+    ),
+    (
+        "rest.request, requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit "
+        "(thermostat.rscd:46): Sensor.degrees > limit, just below the number, alone decides"
+    ),
+    (
+        "rest.request, requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit "
+        "(thermostat.rscd:46): Sensor.degrees > limit, just above the number, alone decides"
     ),
     (
         "say.request, requirement say needs steps > 1 (thermostat.rscd:47): steps > 1, which is "
@@ -68,20 +84,4 @@ NOT_FOUND = [
         "number, alone decides"
     ),
     "heat.request waits for rest.request",
-    (
-        "rest.request, requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit "
-        "(thermostat.rscd:46): Sensor.degrees > limit, which is true, alone decides"
-    ),
-    (
-        "rest.request, requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit "
-        "(thermostat.rscd:46): Sensor.degrees > limit, at the number, alone decides"
-    ),
-    (
-        "rest.request, requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit "
-        "(thermostat.rscd:46): Sensor.degrees > limit, just below the number, alone decides"
-    ),
-    (
-        "rest.request, requirement rest needs Sensor.degrees > wanted or Sensor.degrees > limit "
-        "(thermostat.rscd:46): Sensor.degrees > limit, just above the number, alone decides"
-    ),
 ]

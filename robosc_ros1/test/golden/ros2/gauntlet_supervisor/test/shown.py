@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 103, 117, 26028
+SHOWN, CASES, INPUTS = 103, 117, 26143
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",
