@@ -181,10 +181,11 @@ def judged(robot: str, path: Path, late: float) -> Judgement:
     return judge(supervisor, path, [f"tolerance={CROSSED + late}"], lambda *_: None)
 
 
-def long_enough(times: list[float], late: float) -> list[float]:
-    """Those times at which a rule was broken for so long that no order of the messages excuses it.
+def certain(times: list[float], late: float) -> list[float]:
+    """Those times at which a rule was broken that no order of the messages excuses.
 
-    Where the recorder was late by no more than where messages cross anyway, these are all.
+    Where the recorder was late by no more than where messages cross anyway, these are all; else a
+    command may be excused by what the robot said so long before or after it.
     """
     stretches: list[list[float]] = []
     for time in times:
@@ -192,8 +193,8 @@ def long_enough(times: list[float], late: float) -> list[float]:
             stretches[-1].append(time)
         else:
             stretches.append([time])
-    least = 2 * (CROSSED + late) if late > 2 * TICK else 0.0
-    return [time for stretch in stretches if stretch[-1] - stretch[0] >= least for time in stretch]
+    edge = CROSSED + late if late > 2 * TICK else 0.0
+    return [t for some in stretches for t in some if some[0] + edge <= t <= some[-1] - edge]
 
 
 def compare(
@@ -212,8 +213,8 @@ def compare(
     assert {bool(times) for times in broken.values()} <= {planted}, broken
     for rule, times in broken.items():
         spans = [span(f) for f in found.findings if any(rules[rule] in r for r in f.reasons)]
-        certain = long_enough(times, late)
-        missed = [t for t in certain if not any(low <= t <= high for low, high in spans)]
+        each = certain(times, late)
+        missed = [t for t in each if not any(low <= t <= high for low, high in spans)]
         assert missed == [], (rule, spans)
     for finding in found.findings:
         assert finding.sort == "violation", finding
