@@ -248,6 +248,14 @@ def test_a_requirement_that_a_guard_says_again_is_shown(guards: bool) -> None:
         assert any(text.startswith("Robot[1].cross.request") for text in found)
 
 
+def test_what_is_refused_where_all_is_heard_is_shown() -> None:
+    """Of two arrays, both are empty; that alone decides only while another message is fresh."""
+    traces = choose(supervisor_of("order"))
+    shown = {traces.cases[case] for case in traces.shown}
+    way = "order.request in Way (line 32, to driving.there): "
+    assert way + "defined(value.x[0]), which is false, alone decides" in shown
+
+
 @pytest.mark.parametrize("guards", [False, True])
 def test_numbers_at_a_distance_are_met(guards: bool) -> None:
     """What a supervisor's controller sends is decided by what came before it; and one part of a

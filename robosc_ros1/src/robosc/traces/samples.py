@@ -339,9 +339,11 @@ def _combined(columns: Mapping[str, list[Any]]) -> Iterator[dict[str, Any]]:
         }
 
     bases = [base(number) for number in range(BASES)]
+    # Of distances and norms, one part alone brings exactly a number; arrays may all be empty.
+    bases[3] = {
+        n: next((v for v in some if v in (0, [])), some[0]) for n, some in columns.items() if some
+    }
     yield from bases
-    # Of distances and norms, one part alone brings exactly a number.
-    bases[3] = {n: 0.0 if 0.0 in values else values[0] for n, values in columns.items() if values}
     rounds = max(map(len, columns.values()), default=0)
     for number in range(rounds):
         for name, values in columns.items():

@@ -288,6 +288,7 @@ class InputGraph:
             start | {place: places[n % len(places)] for place, places in leaving}
             for n in range(count)
         ]
+        states += [state | dict.fromkeys(self._messages, "fresh") for state in states]
         beside = self._samples.beside(step.event).items()
         return states + [s | {key: v} for key, values in beside for v in values for s in states]
 

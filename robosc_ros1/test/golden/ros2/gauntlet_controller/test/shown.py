@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 116, 127, 16299
+SHOWN, CASES, INPUTS = 116, 127, 16397
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",
