@@ -118,8 +118,8 @@ class ExplicitFaults:
         """States that are marked, or from which an event leads to a good state, or to what is not
         searched any more."""
         self._returning: list[set[int]] = [set() for _ in self._goals]
-        """Per goal, states on the way of which an event leads to a good one from where it is reached,
-        or that are not searched any more."""
+        """Per goal, states on the way from which it is reached by way of a good state, or that are
+        not searched any more."""
         self._distances: dict[tuple[Faults | Round, bool], tuple[int, dict[int, int]]] = {}
         self._coming: dict[Fault, tuple[int, set[int]]] = {}
         self._rounds: tuple[int, list[tuple[set[int], set[int]]]] = -1, []
