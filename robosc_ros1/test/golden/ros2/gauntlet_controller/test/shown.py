@@ -47,7 +47,7 @@ REQUIREMENTS = [
     ),
 ]
 UNTESTED = []
-SHOWN, CASES, INPUTS = 116, 127, 15709
+SHOWN, CASES, INPUTS = 116, 127, 15671
 UNKNOWN = []
 UNREACHABLE = [
     "reach.request: Arm blocks it",
