@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from robosc.emit.write.whole_file import write_whole
 from robosc.errors import ModelError, UsageError
 from robosc.source import MODEL_SUFFIXES
 
@@ -86,7 +87,7 @@ def write_text(path: Path, text: str) -> None:
     Raises UsageError if that cannot be done.
     """
     try:
-        path.write_text(text, encoding="utf-8", newline="")
+        write_whole(path, text.encode())
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}") from error
 

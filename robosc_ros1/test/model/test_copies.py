@@ -323,3 +323,13 @@ def test_copies_know_what_they_are_copies_of() -> None:
     assert len({r.block for r in repeated[:4] if r is not None}) == 1
     assert repeated[3] is not None and repeated[4] is not None
     assert repeated[3].block != repeated[4].block
+
+
+def test_frames_of_transforms_have_the_index() -> None:
+    text = """component Arm[1..2] {
+        outgoing transform hand with from: "base{index}", to: "arm{index}/hand", timeout: 1 s
+    }"""
+    robot, diagnostics = load(Source("model.rscd", f"robot R {{ {text} }}"))
+    assert robot is not None, render_all(diagnostics)
+    found = [c.frames for c in robot.communications.values()]
+    assert found == [("base1", "arm1/hand"), ("base2", "arm2/hand")]

@@ -104,6 +104,50 @@ def test_a_component_without_behaviour_has_no_states() -> None:
     assert faults(text) == [("unknown-member", "idle")]
 
 
+WHEELS = """library Wheels {
+    constant gain: double = 2.0
+    condition true_ = true
+    function twice(x: double): double = x * gain
+    datatype enum Level from double to { value > gain -> high default -> low }
+    component Wheel { FAULT incoming message turn with type: none }
+}
+"""
+OF_WHEELS = """
+component Base {
+    outgoing message speed with type: double
+    incoming message go with type: double
+    behaviour {
+        variable level: Wheels.Level
+        variable v: double = Wheels.gain
+        initial marked state on_ {
+            on response from speed do level := Wheels.Level(value), v := Wheels.twice(value)
+        }
+    }
+}
+requirement go needs Base.level = Wheels.Level.high and Base.v > Wheels.gain and Wheels.true_
+provide go with Wheels.twice(Base.v)
+"""
+
+
+@pytest.mark.parametrize("imported", ["", "component Left from Wheels import Wheel\n"])
+@pytest.mark.parametrize("fault", ["missing", "incoming message turn with type: none", ")"])
+def test_what_names_a_faulty_library_is_right(fault: str, imported: str, tmp_path: Path) -> None:
+    (tmp_path / "Wheels.rscd").write_text(WHEELS.replace("FAULT", fault))
+    source = Source(str(tmp_path / "robot.rscd"), "robot R {" + imported + OF_WHEELS + "}")
+    robot, diagnostics = load(source)
+    assert robot is None
+    assert {Path(d.span.source.path).name for d in diagnostics} == {"Wheels.rscd"}
+
+
+def test_calls_of_a_function_that_cannot_be_read_are_right() -> None:
+    text = """function f(x: double): double = x +
+        requirement move needs f(0) > 0
+        component Motor { incoming message move with type: double }
+        provide move with f(1)
+    """
+    assert [code for code, _ in faults(text)] == ["syntax"]
+
+
 def test_names_of_a_library_are_looked_up_whatever_else_is_wrong(tmp_path: Path) -> None:
     (tmp_path / "Wheels.rscd").write_text(
         "library Wheels { component Wheel { incoming message turn with type: none"

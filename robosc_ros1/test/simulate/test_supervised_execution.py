@@ -259,3 +259,23 @@ def test_a_correction_beyond_its_field_is_blocked() -> None:
     assert (blocked[1], blocked[3]) == ("blocked", "260 does not fit uint8")
     (whole,) = fire(machine, "pose.request", {})
     assert whole.outcome == "applied"
+
+
+PREFERRING = """robot Cart {
+    component Motor {
+        incoming message halt with type: none
+        incoming message drive with type: none
+    }
+    prefer halt over drive
+    stop with halt
+}
+"""
+
+
+@pytest.mark.parametrize("execute", [True, False])
+def test_what_another_controller_sends_waits_for_nothing(execute: bool) -> None:
+    """It chooses among its commands, whatever the model prefers."""
+    supervisor = supervisor_of(PREFERRING, supervises=True)
+    machine = machine_maker(supervisor, execute=execute)({})
+    assert [c.waits_for for c in machine.commands() if c.enabled] == [(), ()]
+    assert told(fire(machine, "drive.request"))[0][:2] == ("drive.request", "applied")

@@ -63,6 +63,43 @@ def of(text: str, engine: str = "explicit") -> Supervisor:
     return pipeline.synthesize(robot_of("robot R {" + text + "}"), engine)
 
 
+TRYING = """
+    component Arm {
+        service open with identifier: "/open", request: none, response: none links empty
+        incoming message go with type: none
+        behaviour {
+            variable failed: boolean
+            initial marked state rest { on request to go goto work }
+            state work { on request to open goto busy  after 30 s goto WHERE }
+            state busy {
+                on response from open goto rest
+                on error from open do failed := true goto work
+            }
+            marked state parked { on request to go do failed := false goto rest }
+        }
+    }
+    interface empty use Empty from std_srvs
+"""
+
+
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
+@pytest.mark.parametrize(
+    ("where", "goal"),
+    [
+        ("rest", "possible Arm.rest while !Arm.failed"),
+        ("parked", "possible Arm.rest from Arm.work or Arm.busy while !Arm.failed"),
+    ],
+)
+def test_the_way_to_where_a_goal_is_out_of_reach_is_told(
+    where: str, goal: str, engine: str
+) -> None:
+    """While the call is under way the goal can still be reached, by what leads back to good states."""
+    found = of(TRYING.replace("WHERE", where) + f"requirement {goal}", engine)
+    (why,) = [e for e in found.explanations if e.event is not None]
+    assert trace_text_of(why.trace) == ["go.request", "open.request", "open.error"]
+    assert "the controller cannot prevent open.error; then" in why.reason
+
+
 @pytest.mark.parametrize("engine", ["explicit", "bdd"])
 def test_a_command_after_which_a_goal_is_out_of_reach_is_forbidden(engine: str) -> None:
     found = of(DOOR + "requirement possible Door.ajar", engine)

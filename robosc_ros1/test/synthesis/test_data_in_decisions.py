@@ -462,3 +462,41 @@ def test_a_variable_that_is_assigned_to_itself_keeps_what_is_known_of_it() -> No
     (same,) = (event for event in plant.events if event.name == "same")
     (go,) = (event for event in plant.events if event.name == "go")
     assert same.parameters == go.parameters == ()
+
+
+DOCK = """
+component Base {
+    action dock with request: none, response: Outcome, feedback: none links dock
+    behaviour {
+        initial marked state away performs dock then goto docked {
+            on error from dock if CONDITION goto lost
+            REST
+        }
+        marked state docked {}
+        marked state lost {}
+    }
+}
+datatype object Outcome { code: integer tries: integer text: string }
+interface dock use Dock from some_dock_msgs
+"""
+
+
+@ENGINES
+@pytest.mark.parametrize("rest", ["", "retry 1 times else goto lost", "on error from dock else"])
+@pytest.mark.parametrize(
+    ("condition", "is_free"),
+    [
+        ("value.code in { 901, 902 }", False),
+        ('value.text = "blocked" or value.code > 3 and !(value.tries < 2)', False),
+        ("value.code + 1 > 902", True),
+        ("value.code > value.tries", True),
+    ],
+)
+def test_what_a_result_that_may_be_missing_does_not_decide_is_for_the_rest(
+    condition: str, is_free: bool, rest: str, engine: str
+) -> None:
+    """Of each error exactly one of both happens, also of one that brought nothing."""
+    text = DOCK.replace("CONDITION", condition).replace("REST", rest)
+    supervisor = supervisor_of(text, engine)
+    assert guard_text(supervisor, "dock.request") == ("true", "as required")
+    assert bool(synthesize_document(supervisor)["free_tests"]) is is_free

@@ -14,6 +14,7 @@ from robosc.plant.part_names import LONG
 from robosc.traces.coverage import Coverage
 from robosc.traces.deciding_atoms import DecidedCondition
 from robosc.traces.exact_steps import Steps
+from robosc.traces.scripts import choose, requirement_rows, run_names
 
 Meaning = Callable[[Mapping[str, bool]], bool]
 BOOLEAN = BooleanType()
@@ -62,6 +63,7 @@ def test_an_atom_decides_if_all_changes_with_it() -> None:
             found, outcomes = decided.deciding(state)
             assert found == value, seed
             assert {(decided.atoms[n].text, held) for n, held, _ in outcomes} == atoms, seed
+            assert {decided.comes_to(n, held) for n, held, _ in outcomes} <= {value, None}, seed
             if all(state[key] == known[key] for key in known if key not in unknown):
                 possible.setdefault(value, set()).update(atoms)
         partial = decided.possible({k: v for k, v in known.items() if k not in unknown})
@@ -69,6 +71,16 @@ def test_an_atom_decides_if_all_changes_with_it() -> None:
             value: {(decided.atoms[n].text, held) for n, held, _ in outcomes}
             for value, outcomes in partial.items()
         } == possible, seed
+
+
+def test_what_an_atom_decides_is_known_without_the_others() -> None:
+    """Unless both sides of a comparison of conditions may be either."""
+    a, b, c, d = (VariableRef("C", name, BOOLEAN) for name in "abcd")
+    same = Binary("=", c, d, BOOLEAN)
+    expr = Binary("=>", Binary("and", a, Unary("!", b, BOOLEAN), BOOLEAN), same, BOOLEAN)
+    decided = DecidedCondition(expr, lambda e: "")
+    assert [decided.comes_to(n, True) for n in range(4)] == [False, True, None, None]
+    assert [decided.comes_to(n, False) for n in range(4)] == [True, False, None, None]
 
 
 def test_a_chain_of_thousands() -> None:
@@ -101,3 +113,34 @@ def test_a_long_requirement_is_told_by_its_beginning() -> None:
     texts = Coverage(Steps(supervisor)).cases.values()
     assert any("go.request, requirement go needs C.x = 0 or C.x = 1 or " in text for text in texts)
     assert max(map(len, texts)) < 2 * LONG
+
+
+def test_scripts_show_a_requirement_violated_only_where_it_does_not_hold() -> None:
+    """Not where one of its parts does not hold, nor met wherever one of them holds."""
+    supervisor = supervisor_of("""
+        component Base {
+            outgoing message near with timeout: 1 s, type: boolean
+            incoming message limit with type: double
+            incoming message go with type: none
+            behaviour {
+                variable blocked: boolean
+                initial marked state on { on response from near do blocked := value }
+            }
+        }
+        requirement limit needs Base.blocked => value < 0.3
+        requirement go needs !Base.blocked or near.silent
+        provide limit with 0.2 if Base.blocked else with 1.0
+    """)
+    traces = choose(supervisor)
+    shown = {
+        text: (bool(met[0]), bool(violated[0]))
+        for text, _, met, violated in requirement_rows(supervisor, traces)
+    }
+    assert shown == {
+        "requirement limit needs Base.blocked => value < 0.3": (True, False),
+        "requirement go needs !Base.blocked or near.silent": (True, True),
+    }
+    for row in requirement_rows(supervisor, traces):
+        for name in row[3][0]:
+            run = traces.runs[run_names(traces).index(name)]
+            assert f"disabled go.request because {row[0]}" in str(run.lines)

@@ -196,7 +196,8 @@ class FileResolver:
         unused.check_case(self._scope, self.component_table, self._report)
         unused.check_topics(self.component_table, self._report)
         library = self._scope.node.kind == "library"
-        whole = not self._report.has_errors and not self.component_table.broken
+        broken = self.component_table.broken or self._scope.unresolved
+        whole = not self._report.has_errors and not broken
         if library or not whole:
             exclusive.check_overlaps(robot.components, self._report, library=library)
         if whole:
@@ -238,9 +239,7 @@ class FileResolver:
         for node in self._scope.components.values():
             if isinstance(node, nodes.ImportNode):
                 library = self._find_library(node.library, self._scope, self._report)
-                if library is None:
-                    self._scope.unresolved.add(node.library.text)
-                else:
+                if library is not None:
                     self.types.libraries[node.library.text] = library.types
         for name in qualifiers(self._scope.node.written or self._scope.node):
             if name.text not in self.types.libraries and not self._scope.is_unresolved(name.text):

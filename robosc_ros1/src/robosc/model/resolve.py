@@ -18,7 +18,7 @@ from robosc.errors import Diagnostic, Note, Severity, at_most, has_errors, sort_
 from robosc.model import entities, file_resolver
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of
-from robosc.model.libraries import LibraryFinder, Reader
+from robosc.model.libraries import LibraryFinder, Reader, Search
 from robosc.model.names.copies import write_out
 from robosc.model.names.scope import FileScope
 from robosc.model.ros.definitions import MessageDefinitions
@@ -173,6 +173,17 @@ class _Loader:
         search = self._finder.find(name, scope.source.path)
         if not imported and not search.files:
             return None
+        file = self._opened(library, search, scope, report)
+        if file is None or not file.is_sound:
+            scope.unresolved.add(name)
+            return None
+        return file.contents
+
+    def _opened(
+        self, library: nodes.Name, search: Search, scope: FileScope, report: Report
+    ) -> ResolvedFile | None:
+        """The file of a library; None after an error about its name."""
+        name = library.text
         if not self._may_open(library, report):
             return None
         if not search.files:
@@ -199,8 +210,7 @@ class _Loader:
             (path,) = paths.values()
             self._paths[name] = paths
             self._libraries[name] = self._read_library(path, library)
-        file = self._libraries[name]
-        return file.contents if file.is_sound else None
+        return self._libraries[name]
 
     def _may_open(self, library: nodes.Name, report: Report) -> bool:
         name = library.text

@@ -16,7 +16,12 @@ from typing import Literal, Protocol, TypeAlias
 from robosc import limits
 from robosc.plant.automaton import Plant, PlantState
 from robosc.synthesis.compiled_steps import Stepper
-from robosc.synthesis.explicit.explicit_engine import EventOutcomes, changed, possible_events
+from robosc.synthesis.explicit.explicit_engine import (
+    EventOutcomes,
+    Outcomes,
+    changed,
+    possible_events,
+)
 from robosc.synthesis.time_limit import ExplanationTime
 
 
@@ -112,6 +117,9 @@ class ExplicitFaults:
         self._ending: set[int] = set()
         """States that are marked, or from which an event leads to a good state, or to what is not
         searched any more."""
+        self._returning: list[set[int]] = [set() for _ in self._goals]
+        """Per goal, states on the way from which it is reached by way of a good state, or that are
+        not searched any more."""
         self._distances: dict[tuple[Faults | Round, bool], tuple[int, dict[int, int]]] = {}
         self._coming: dict[Fault, tuple[int, set[int]]] = {}
         self._rounds: tuple[int, list[tuple[set[int], set[int]]]] = -1, []
@@ -228,6 +236,7 @@ class ExplicitFaults:
         if isinstance(fault, int):
             ends, way, _ = self._goals[fault]
             there, along = ({n for n, s in enumerate(self._states) if t(s)} for t in (ends, way))
+            there |= self._returning[fault]
         found = set(self._backward(there, 1, along))
         self._coming[fault] = len(self._states), found
         return found
@@ -266,14 +275,13 @@ class ExplicitFaults:
         if not self._is_safe(state):
             self._failing.add(number)
             if len(self._states) > limits.FAULT_SURROUNDINGS:
-                self._ending.add(number)
+                for ending in (self._ending, *self._returning):
+                    ending.add(number)
                 self._after.append(([], []))
                 return
         if self._plant.is_marked(state):
             self._ending.add(number)
-        for event, outcomes in self._possible(state):
-            if event.test is not None and not event.test(state):
-                continue
+        for event, outcomes in self._outcomes(state):
             controllable = event.event.controllable
             if outcomes.leaves and not controllable:
                 self._leaving.add(number)
@@ -281,8 +289,36 @@ class ExplicitFaults:
                 target = changed(state, change)
                 if self._is_good(target):
                     self._ending.add(number)
+                    for goal, returning in enumerate(self._returning):
+                        if number not in returning and self._comes_by(goal, state, target):
+                            returning.add(number)
                     continue
                 after[self._number(target)] = None
                 if not controllable:
                     forced[self._number(target)] = None
         self._after.append((list(forced), list(after)))
+
+    def _outcomes(self, state: PlantState) -> Iterator[tuple[EventOutcomes, Outcomes]]:
+        """Yield the events that the requirements allow in a state."""
+        for event, outcomes in self._possible(state):
+            if event.test is None or event.test(state):
+                yield event, outcomes
+
+    def _comes_by(self, goal: int, state: PlantState, after: PlantState) -> bool:
+        """Whether a goal is reached from a state by a step to one that is good."""
+        there, along, origin = self._goals[goal]
+        if not along(state):
+            return False
+        way, seen = [after], {after}
+        for number, here in enumerate(way):  # appended to below
+            if there(here) or (origin(here) and self._is_good(here)):
+                return True
+            if not number % _CHECKED:
+                self._time.check()
+            if number == limits.FAULT_STATES:
+                self._time.give_up()
+            for _, outcomes in self._outcomes(here) if along(here) else ():
+                new = {changed(here, change) for change in outcomes.changes} - seen
+                seen |= new
+                way += new
+        return False

@@ -317,6 +317,11 @@ class Coverage:
             found.append(Obstacle(ways, text, is_guard))
         return found
 
+    def demanded(self, case: Case) -> bool | None:
+        """Whether a demand holds where one of its atoms alone decides it; None: that depends."""
+        _, number, index, atom, value, _ = case
+        return self.rules_by_number[number].demands[index].condition.comes_to(atom, value)
+
     def of_command(
         self, step: ExactStep, state: State, carried: Carried | None = None
     ) -> set[Case]:

@@ -45,7 +45,10 @@ _LONG = 8
 
 @dataclass(frozen=True, eq=False)
 class Atom:
-    """An atom of a condition: its text, and how near its numbers are, if it compares some."""
+    """An atom of a condition: its text, and how near its numbers are, if it compares some.
+
+    Where it holds and alone decides, the condition comes to ``decided``; None: to one or the other.
+    """
 
     text: str
     value: Function
@@ -54,6 +57,7 @@ class Atom:
     reads: Collection[str]
     """The keys of the state that it reads."""
     operator: str = ""
+    decided: bool | None = None
 
     def outcome(self, state: State, carried: Carried) -> tuple[bool, str]:
         """Whether it holds, and where its left number lies from its right one, if that is near."""
@@ -84,11 +88,18 @@ class DecidedCondition:
         self.outer: list[Atom] = []
         """What states differ in: the atoms, and in place of those of elements the whole."""
         self._text = text
+        self._sign: bool | None = True
+        """What the condition comes to where the part that is being compiled holds, and decides."""
         self._evaluate = self._compiled(expr)
         self._of_state: Callable[[State], Mapping[bool, set[Outcome]]] | None = None
         if not any(isinstance(part, ValueRef | ElementRef) for part in walk(expr)):
             read = tuple(dict.fromkeys(key for atom in self.atoms for key in atom.reads))
             self._of_state = remembering(partial(self._possible, carried=NOTHING), read)
+
+    def comes_to(self, atom: int, value: bool) -> bool | None:
+        """What it comes to where an atom of this value alone decides; None: that depends."""
+        decided = self.atoms[atom].decided
+        return None if decided is None else value is decided
 
     def deciding(self, state: State, carried: Carried = NOTHING) -> tuple[bool, set[Outcome]]:
         """Whether it holds, and the outcomes of the atoms that alone decide that."""
@@ -119,14 +130,17 @@ class DecidedCondition:
             case Literal(value=bool(value)):
                 return lambda s, v: {value: ()}
             case Unary(operator="!", operand=operand):
-                inner = self._compiled(operand)
+                inner = self._part(operand, _opposite(self._sign))
                 return lambda s, v: {not value: atoms for value, atoms in inner(s, v).items()}
             case Binary(operator="and" | "or" as word):
                 return self._chain(operands(expr, word), word == "or")
             case Binary(operator="=>" | "=" | "!=" as word, left=left, right=right) if (
                 left.type == BooleanType()
             ):
-                return self._joined(_TABLES[word], self._compiled(left), self._compiled(right))
+                implies = word == "=>"
+                first = self._part(left, _opposite(self._sign) if implies else None)
+                second = self._compiled(right) if implies else self._part(right, None)
+                return self._joined(_TABLES[word], first, second)
             case Aggregate(operator="any" | "all") if _is_flat(expr):
                 return self._quantified(expr)
             case _ if expr.type != BooleanType() and (filtered := filtered_in(expr)):
@@ -140,6 +154,13 @@ class DecidedCondition:
             return {value: ((number, value, v),) for value in values}
 
         return alone
+
+    def _part(self, expr: Expr, sign: bool | None) -> _Compiled:
+        """:meth:`_compiled`, for a part that decides in another way than the whole."""
+        before, self._sign = self._sign, sign
+        found = self._compiled(expr)
+        self._sign = before
+        return found
 
     def _joined(
         self, table: Callable[[bool, bool], bool], first: _Compiled, second: _Compiled
@@ -226,7 +247,7 @@ class DecidedCondition:
         """What decides of which elements a value is made; it holds where the value is defined."""
         assert expr.condition is not None
         first, outer = len(self.atoms), list(self.outer)
-        inner = self._compiled(expr.condition)
+        inner = self._part(expr.condition, None)
         every = _every(range(first, len(self.atoms)))
         self.outer = outer  # which elements they are is seen in the value
         array = function(expr.array)
@@ -273,10 +294,11 @@ class DecidedCondition:
             sides = function(compared.left), function(compared.right)
             both = (compared.left.type, compared.right.type)
             step = float(all(isinstance(t, IntegerType) for t in both))
-            return Atom(
-                self._text(expr), function(expr), sides, step, keys_read([expr]), compared.operator
-            )
-        return Atom(self._text(expr), function(expr), None, 0.0, keys_read([expr]))
+            read, operator = keys_read([expr]), compared.operator
+            return Atom(self._text(expr), function(expr), sides, step, read, operator, self._sign)
+        return Atom(
+            self._text(expr), function(expr), None, 0.0, keys_read([expr]), decided=self._sign
+        )
 
 
 _TABLES: dict[str, Callable[[bool, bool], bool]] = {
@@ -284,6 +306,10 @@ _TABLES: dict[str, Callable[[bool, bool], bool]] = {
     "=": lambda one, two: one is two,
     "!=": lambda one, two: one is not two,
 }
+
+
+def _opposite(sign: bool | None) -> bool | None:
+    return None if sign is None else not sign
 
 
 def _every(numbers: Iterable[int]) -> _Deciding:

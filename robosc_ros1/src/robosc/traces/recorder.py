@@ -436,7 +436,8 @@ class Recorder:
                 continue
             reasons = self._coverage.reasons(command, self.state)
             cases = self._coverage.of_command(command, self.state)
-            alone = frozenset(c for c in cases if c[0] == "demand" and not c[-2])
+            demanded = self._coverage.demanded
+            alone = frozenset(c for c in cases if c[0] == "demand" and not demanded(c))
             elsewhere = self._coverage.open_elsewhere(command, self.state)
             why = command.number, reasons, elsewhere, alone
             if reasons is not None and why not in self._told:

@@ -177,17 +177,21 @@ def _play(recorder: Recorder, search: InputGraph, edge: Edge, wanted: set[Case])
     for _ in range(BEATS):
         new = set().union(*(line.cases for line in lines[at:])) & wanted
         arrived = search.node(recorder.state) is target
-        if recorder.is_over or (arrived and not (cases & wanted) - new and not _forbids(new)):
+        forbids = _forbids(search.coverage, new)
+        if recorder.is_over or (arrived and not (cases & wanted) - new and not forbids):
             break
         recorder.beat()
-        if _forbids(new):
+        if forbids:
             break
     return set().union(*(line.cases for line in lines[at:])) & wanted
 
 
-def _forbids(cases: set[Case]) -> bool:
+def _forbids(coverage: Coverage, cases: set[Case]) -> bool:
     """Whether one of the cases is that a command must not come."""
-    return any(c[0] in ("blocked", "yields") or (c[0] == "demand" and not c[-2]) for c in cases)
+    return any(
+        c[0] in ("blocked", "yields") or (c[0] == "demand" and coverage.demanded(c) is False)
+        for c in cases
+    )
 
 
 def chosen(supervisor: Supervisor, model: Path) -> Traces:
@@ -269,7 +273,9 @@ def requirement_rows(supervisor: Supervisor, traces: Traces) -> list[Requirement
         sides = [{("states", index, value)} & traces.cases.keys() for value in (True, False)]
         for case in traces.cases:
             if case[0] == "demand" and case[1:3] in demands:
-                sides[case[-2] is False].add(case)
+                holds = traces.coverage.demanded(case)
+                if holds is not None:
+                    sides[not holds].add(case)
         if not any(sides):
             continue
         met, violated = (_side(traces, names, cases) for cases in sides)

@@ -181,19 +181,26 @@ class Performing:
         """
         found: list[automata.Transition] = []
         before: list[Expr] = []
-        for own in (t for t in self.own if t.event is kind):
+        for own in (_known(t) for t in self.own if t.event is kind):
             if own.goto is not None or not performed:
                 found.append(self._anew(own) if kind is EventKind.RESPONSE else own)
             else:
                 found += (_together(own, other) for other in performed)
             if own.guard is None:
                 return found
-            before.append(undefined_data.known_condition(own.guard))
+            before.append(own.guard)
         rest = [_opposite(condition) for condition in before]
         for other in performed:
             guards = [*rest, *(() if other.guard is None else (other.guard,))]
             found.append(replace(other, guard=_all(guards, other.span)))
         return found
+
+
+def _known(transition: automata.Transition) -> automata.Transition:
+    """A transition whose guard is never undefined, so that its opposite is exactly the rest."""
+    if transition.guard is None:
+        return transition
+    return replace(transition, guard=undefined_data.known_condition(transition.guard))
 
 
 def _together(own: automata.Transition, performed: automata.Transition) -> automata.Transition:

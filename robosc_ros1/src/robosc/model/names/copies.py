@@ -290,7 +290,8 @@ class _Writer:
             same = len(parts) == len(part) and all(map(is_, parts, part))
             return part if same else parts
         copy = self.node(part, scope)
-        return copy if isinstance(copy, nodes.Access | nodes.ExceptNode) else part
+        kept = nodes.Access | nodes.ExceptNode | nodes.StringNode
+        return copy if isinstance(copy, kept) else part
 
     def _each(self, part: Any, scope: Scope) -> Iterable[Any]:
         """A named part; all copies where an indexed component is named as a whole."""

@@ -150,6 +150,8 @@ class NameFaults:
         root, first = access.root.text, access.path[0]
         if self._symbols is not None and self._symbols.is_broken(root):
             return
+        if self._types.scope.is_unresolved(root):
+            return
         component = self._symbols.component(root) if self._symbols else None
         if component is not None and isinstance(first, Name):
             info = component.communications.get(first.text)

@@ -560,6 +560,8 @@ class Typer:
         function = None if enum is not None else self._meanings.function(node.function)
         if function is not None:
             return function_calls.typed_declared_call(node, *function, self.check, self._report)
+        if enum is None and self._types.scope.is_unresolved(node.function.root.text, "function"):
+            return None
         if enum is None:
             return function_calls.typed_call(node, self.check, self._report)
         return function_calls.typed_conversion(node, enum, self.check, self._report)

@@ -166,7 +166,9 @@ def _asks_of_event(test: tree.Holds) -> bool:
     found = _asked_for(test)
     if isinstance(found, tree.Convert) and compared_in_rules(found) is not None:
         found = found.argument
-    return isinstance(found, tree.ValueRef) and any(isinstance(step, int) for step in found.path)
+    return isinstance(found, tree.ValueRef) and (
+        found.optional or any(isinstance(step, int) for step in found.path)
+    )
 
 
 def kept_where_undefined(variable: tree.VariableRef, value: tree.Expr) -> tree.Expr:

@@ -88,7 +88,10 @@ def with_preferences(
     commands: list[CommandState], robot: Robot, phases: Mapping[str, str]
 ) -> list[CommandState]:
     """Return the commands, each with those that it waits for. ``phases`` are those of the
-    communications by key: what would replace a goal is waited for by none."""
+    communications by key: what would replace a goal is waited for by none. A supervisor's commands
+    wait for none: another controller chooses them."""
+    if robot.supervises:
+        return commands
     enabled = {
         command.event.command: named(command.event.kind.word, command.event.name)
         for command in commands

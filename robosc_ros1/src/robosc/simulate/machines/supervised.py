@@ -127,10 +127,7 @@ class SupervisedExecution(execute.Execution):
         return super().can(event, given)
 
     def commands(self) -> list[machine.CommandState]:
-        return [
-            machine.CommandState(c.event, c.reasons, None, c.count, c.waits_for)
-            for c in super().commands()
-        ]
+        return [replace(command, data=None) for command in super().commands()]
 
     def fire(self, event: Event, given: event_data.Given) -> list[machine.Happening]:
         if not event.controllable:

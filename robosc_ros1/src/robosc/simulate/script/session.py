@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from robosc import errors, limits
+from robosc.emit.write.whole_file import write_whole
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
 from robosc.model.automata import RESTING
 from robosc.plant import automaton, step
@@ -445,7 +446,7 @@ class Session:
         if not rest:
             raise InvalidLine("write the file's name: save my_run.sim")
         try:
-            Path(rest).expanduser().write_text(self.script(), encoding="utf-8")
+            write_whole(Path(rest).expanduser(), self.script().encode())
         except (OSError, ValueError, RuntimeError) as error:
             raise InvalidLine(f"cannot write {rest}: {_reason(error)}") from None
         return Done(text=f"{rest} has {errors.counted(len(self.history), 'step')}")

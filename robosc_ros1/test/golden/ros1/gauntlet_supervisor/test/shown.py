@@ -12,8 +12,8 @@ REQUIREMENTS = [
     (
         "requirement Left.slipping or Right.slipping disables reach",
         "gauntlet.rscd:89",
-        (["run_2"], ""),
         (["run_1", "run_2"], ""),
+        (["run_2"], ""),
     ),
     (
         "requirement {say, count} needs Eye.lit => Count.items > 0",
@@ -36,14 +36,14 @@ REQUIREMENTS = [
     (
         "requirement Left.turn needs !Left.slipping",
         "gauntlet.rscd:93",
-        (["run_1"], ""),
         (["run_2"], ""),
+        (["run_1"], ""),
     ),
     (
         "requirement Right.turn needs !Right.slipping",
         "gauntlet.rscd:94",
-        (["run_1"], ""),
         (["run_2"], ""),
+        (["run_1"], ""),
     ),
 ]
 UNTESTED = []
