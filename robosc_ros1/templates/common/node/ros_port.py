@@ -86,9 +86,10 @@ class CallingPort(Port):
         self._services = self._services_of()
         self._actions = actions = self._actions_of()
         self._former = former  # actions with goals of the node's former configurations
-        for action in actions.values():
-            others = (a for a in (*actions.values(), *former) if a is not action)
-            action.siblings = [other for other in others if other.label == action.label]
+        clients = (*actions.values(), *former)  # former ones listen to the server, too
+        for client in clients:
+            others = (other for other in clients if other is not client)
+            client.siblings = [other for other in others if other.label == client.label]
         served = self._made("served_service", tables.served)
         self._served = {**served, **self._made("served_action", tables.served_actions)}
 
@@ -158,7 +159,8 @@ class CallingPort(Port):
     def faults(self):
         callers = (*self.callers(), *self._former)
         more = () if self.transforms is None else self.transforms.faults()
-        return [*(fault for caller in callers for fault in caller.faults()), *more]
+        found = (fault for caller in callers for fault in caller.faults())
+        return [*dict.fromkeys(found), *more]  # clients of one server say the same of it
 
     def post_transforms(self, engine, keys):
         """Return what takes the transforms of these communications."""
