@@ -46,6 +46,10 @@ class Caller:
         """Return whether there is a server."""
         raise NotImplementedError
 
+    def connects(self):
+        """Return whether it is connecting to a server, see :meth:`.port.Port.connects`."""
+        return False
+
     def running(self):
         """Return the ids of the goals that were sent and may go on."""
         return []
@@ -146,6 +150,9 @@ class CallingPort(Port):
         caller = self._caller(key)
         caller.missed = not caller.is_served()
         return UNSERVED % caller.label if caller.missed else next(iter(caller.faults()), None)
+
+    def connects(self, key):
+        return self._caller(key).connects()
 
     def works(self, key):
         return self._services[key].is_busy()
