@@ -78,7 +78,8 @@ Clock = Union[Timer, Watch]
 
 
 class Clocks:
-    """All clocks of a controller. ``now`` is the port's clock, ``steady`` that of the machine."""
+    """All clocks of a controller. ``now`` is the port's clock, or one that follows it later, as what
+    came is handled; ``newest`` is the port's, ``steady`` that of the machine."""
 
     def __init__(
         self,
@@ -86,9 +87,11 @@ class Clocks:
         settings: Settings,
         now: Callable[[], float],
         steady: Callable[[], float],
+        newest: Callable[[], float],
     ) -> None:
         self._state = controller.__dict__
         self._port_time = now
+        self._newest = newest
         self._steady = steady
         self.has_begun = False
         """Whether the port's clock has started."""
@@ -128,17 +131,15 @@ class Clocks:
         To be called at least once per second; otherwise this process stood still itself, and it is
         not known whether the port's time did.
         """
-        seen = self.time()
-        if not self.has_begun:
-            seen = BEFORE_TIME
-        if seen != self._seen or machine - self._looked > STANDSTILL:
-            self._seen, self._moved = seen, machine
-        self._looked = machine
+        time, seen = self.time(), self._newest()
+        if seen > self._seen or machine - self._looked > STANDSTILL:
+            self._moved = machine
+        self._seen, self._looked = seen, machine
         stood = machine - self._moved
         if stood > STANDSTILL and self.has_begun:
             for watch in self._watches.values():
                 if min(stood, machine - watch.heard) > watch.delay and watch.deadline is not None:
-                    watch.deadline = min(watch.deadline, seen)
+                    watch.deadline = min(watch.deadline, time)
                     self.plan(watch)
         return stood
 
