@@ -78,8 +78,8 @@ Clock = Union[Timer, Watch]
 
 
 class Clocks:
-    """All clocks of a controller. ``now`` is the port's clock, or one that follows it later, as what
-    came is handled; ``newest`` is the port's, ``steady`` that of the machine."""
+    """All clocks of a controller. ``now`` is the port's clock, or one that follows it as what came
+    is handled; ``newest`` is the port's, ``steady`` that of the machine."""
 
     def __init__(
         self,
