@@ -144,6 +144,12 @@ def time_stands(scene: Scene) -> None:
     scene.wait(0.6)
 
 
+def two_clocks(scene: Scene) -> None:
+    for _ in range(3):
+        scene.port.time -= 0.3
+        scene.wait(0.1)
+
+
 def clock_replaced(scene: Scene) -> None:
     scene.engine.restart_clocks("use_sim_time was changed")
 
@@ -155,6 +161,7 @@ def nobody(scene: Scene) -> None:
 CAUSES = {
     no_time: "ROS time has not begun",
     time_stands: "ROS time stands still",
+    two_clocks: "ROS time steps back again and again",
     clock_replaced: "use_sim_time was changed",
     nobody: "nobody is connected that publishes /estop",
 }

@@ -441,18 +441,17 @@ class TimeMonitor:
             found.append(_NOT_BEGUN)
         elif stood > (self._clocks.delays or (STANDSTILL,))[0]:
             found.append(_STANDS)
-        return found
+        return found + self._unsteady()
 
     def _found(self) -> list[str]:
-        found = []
+        if self._clocks.look(self._steady()) <= self._clocks.delays[0]:
+            return self._unsteady()
+        return [_STANDS if self._clocks.has_begun else _NOT_BEGUN, *self._unsteady()]
+
+    def _unsteady(self) -> list[str]:
         now = self._steady()
-        stood = self._clocks.look(now)
-        if stood > self._clocks.delays[0]:
-            found.append(_STANDS if self._clocks.has_begun else _NOT_BEGUN)
         if not self._steps or self._clocks.steps_back != self._steps[-1][1]:
             self._steps.append((now, self._clocks.steps_back))
         while len(self._steps) > 1 and self._steps[1][0] < now - _MEMORY:
             self._steps.popleft()
-        if self._steps[-1][1] - self._steps[0][1] >= _STEPS:
-            found.append(_STEPS_BACK)
-        return found
+        return [_STEPS_BACK] if self._steps[-1][1] - self._steps[0][1] >= _STEPS else []
