@@ -47,18 +47,18 @@ class Seeker:
         self._pause = pause
         self._lock = threading.Lock()
         self._wanted = 0.0
-        self._runs = False
+        self.runs = False
 
     def ask(self):
         with self._lock:
             self._wanted = time.monotonic() + WANTED
-            if self._runs:
+            if self.runs:
                 return
-            self._runs = True
+            self.runs = True
         try:
             threading.Thread(target=self._run, name="seeker", daemon=True).start()
         except RuntimeError:  # the system has no more threads, now
-            self._runs = False
+            self.runs = False
 
     def _run(self):
         while not rospy.is_shutdown():
@@ -67,7 +67,7 @@ class Seeker:
                 self.found()
             with self._lock:
                 if found or time.monotonic() > self._wanted:
-                    self._runs = False
+                    self.runs = False
                     return
             time.sleep(self._pause)
 
@@ -138,6 +138,9 @@ class Service(Caller):
 
     def is_served(self):
         return self.found
+
+    def connects(self):
+        return self.found and (self._seeker.runs or self._spare is not None)
 
     def abandon(self, token):
         with self._lock:

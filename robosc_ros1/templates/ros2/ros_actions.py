@@ -28,6 +28,7 @@ FAILURES = {
     GoalStatus.STATUS_CANCELED: "cancelled",
     GoalStatus.STATUS_UNKNOWN: "unknown to the server",
 }
+_STATUS = "/_action/status"
 WATCH = 0.25
 """Seconds between two checks of the server of a running goal."""
 FEEDBACK = 100
@@ -98,8 +99,8 @@ class Action(Caller):
         self._node = node
         self._executor_thread = executor_thread
         self._type = type_
-        # rcl remaps only the names of an action's topics and services.
-        name = self.label = node.resolve_service_name(name)
+        # rcl remaps only the names of an action's topics and services, as the node's rules do.
+        name = node.resolve_service_name(name)
         self.client = _Client(
             node,
             type_,
@@ -107,7 +108,8 @@ class Action(Caller):
             feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK),
             heard=self._on_status,
         )
-        self._status = name + "/_action/status"
+        self._status = name + _STATUS
+        self.label = node.resolve_topic_name(self._status).rpartition(_STATUS)[0] or name
         self._goals = {}  # by token
         self._own = deque(maxlen=OWN_IDS)  # ids of the goals that were sent
         self._foreign = (frozenset(), frozenset())  # ids of others' goals, and of their servers

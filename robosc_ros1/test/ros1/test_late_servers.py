@@ -52,6 +52,22 @@ def test_nothing_is_sent_that_is_not_allowed_any_more(
         assert "/run" not in asked(puppet) or event_of == "hold"
 
 
+def test_a_step_calls_a_service_that_was_not_called_before(
+    stage: Stage, puppet: Puppet, ear: Puppet
+) -> None:
+    """The node has no connection to it yet."""
+    puppet.do("service", **SERVICE, mode="answer")
+    with stage.controller(ear, operate=True) as node:
+        puppet.publish(OPERATE, "std_msgs/String", "hold")
+        puppet.publish("/reading", "std_msgs/Float32", 40.0)
+        node.shows(lambda s: s["variables"]["Switches.reading"] == "warm")  # which forbids halt
+        puppet.publish("/ask_wanted", BOOL, True)
+        node.shows(lambda s: s["stopped"] and s["variables"]["Switches.ask"])
+        puppet.publish(OPERATE, "std_msgs/String", "step")
+        node.tells(event("response", "ask"))
+        assert asked(puppet) == ["/ask"]
+
+
 def test_what_is_allowed_is_sent_when_its_server_appears(
     stage: Stage, puppet: Puppet, ear: Puppet
 ) -> None:

@@ -109,7 +109,12 @@ def test_no_second_goal_joins_one_that_outlives_a_cleanup(robot: Peer, controlle
     robot.expect_state(NODE, lambda s: s["communications"]["reach"] == "busy")
     assert robot.events("goal", name="reach") == []
     robot.order("tell_server", id=goal["id"], end="succeed", result={"code": 0})
-    robot.expect("goal", name="reach")
+    own = robot.expect("goal", name="reach")
+    robot.order("send_goal", name="reach", type="robosc_testing/action/Move", data={"target": 1.0})
+    other = robot.expect("goal", name="reach")
+    shown = robot.expect_state(NODE, lambda s: other["uuid"] in str(s["faults"]))
+    assert str(shown["faults"]).count(other["uuid"]) == 1
+    assert own["uuid"] not in str(shown["faults"])
 
 
 @pytest.mark.parametrize("package", [NODE, GUARD])

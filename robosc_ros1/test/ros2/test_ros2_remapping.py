@@ -65,6 +65,22 @@ def test_names_are_remapped_whatever_they_name(
     robot.expect_state(shown, lambda s: is_connected(s["unconnected"], go))
 
 
+def test_an_action_whose_parts_are_remapped_is_told_by_its_own_name(
+    graph: Graph, controller: Start
+) -> None:
+    """So a controller behind a supervisor says whom it misses: not the robot's own server."""
+    parts = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
+    rules = [f"/reach/_action/{part}:=/supervised/reach/_action/{part}" for part in parts]
+    controller("guarded_arm", remap=rules)
+    robot = graph.peer()
+    robot.act("reach", MOVE)
+    robot.watch("/guarded_arm")
+    shown = robot.expect_state(
+        "/guarded_arm", lambda s: any("/reach is" in text for text in s["unconnected"])
+    )
+    assert "no server of /supervised/reach is connected" in shown["unconnected"]
+
+
 @pytest.mark.parametrize("node", ["guarded_arm", "guarded_arm_supervisor"])
 @pytest.mark.parametrize(("rules", "names"), RULES)
 @pytest.mark.parametrize("sign", ["=", ":="])

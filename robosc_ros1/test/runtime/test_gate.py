@@ -63,8 +63,15 @@ class Wire(GuardedPort):
         self.left: list[tuple[float, str, Any]] = []
         self.wrong: list[str] = []
         self._is_dying = server == "dying"
+        self.connected = 0.0
+        """When a connection to the lamp will have been made."""
+
+    def connects(self, key: str) -> bool:
+        return key == LAMP and self.connected > 0.0
 
     def ready(self, key: str) -> bool:
+        if key == LAMP and self.time < self.connected:
+            return False
         return self.server not in UNREADY or (self.server != "absent" and self.time >= APPEARS)
 
     def send(self, key: str, data: Any) -> None:
@@ -237,6 +244,28 @@ def test_what_an_operator_lets_through_is_cancelled_where_it_is_forbidden(mode: 
     rig.engine.operate("release")
     rig.engine.cycle()
     assert rig.port.cancelled == [(ARM, token)]
+
+
+@pytest.mark.parametrize("mode", ["controller", "supervisor"])
+@pytest.mark.parametrize(("seconds", "end"), [(0.4, None), (1.4, "absent"), (0.4, "held again")])
+def test_what_an_operator_lets_through_waits_a_second_for_a_connection(
+    seconds: float, end: str | None, mode: str
+) -> None:
+    """A service of ROS 1 is connected to when it is to be called."""
+    rig = Rig(mode, "slow", LAMP, stop_command=HALT)
+    rig.engine.report(LAMP, rig.port.tokens[LAMP], "response", None)
+    rig.happens("hold")
+    rig.port.left, rig.port.connected = [], rig.port.time + seconds
+    while not rig.engine.parts.calls.open:
+        rig.engine.operate("step")
+        if mode == "supervisor":
+            rig.engine.role.request(LAMP, None, {"speed": 0.5}, lambda *_: None)
+        rig.engine.cycle()
+    if end == "held again":
+        rig.happens("hold")
+    rig.wait_until(rig.port.time + 2.0)
+    assert len(rig.port.times(LAMP)) == (end is None)
+    assert (rig.ends()[-1] == ("error", "absent")) is (end is not None)
 
 
 def test_what_was_let_through_is_cancelled_when_the_node_ends() -> None:

@@ -58,11 +58,15 @@ class Port(MonitorPort):
 
     def __init__(self) -> None:
         self.time, self.seconds = 100.0, 0.0
+        self.slowness = 0.0
+        """The seconds that pass whenever the time is asked for."""
         self.missing: dict[str, str] = {}
         self.documents: list[dict[str, Any]] = []
         self.logs: list[str] = []
 
     def now(self) -> float:
+        self.time += self.slowness
+        self.seconds += self.slowness
         return self.time
 
     def unheard(self) -> dict[str, str]:
@@ -140,6 +144,12 @@ def time_stands(scene: Scene) -> None:
     scene.wait(0.6)
 
 
+def two_clocks(scene: Scene) -> None:
+    for _ in range(3):
+        scene.port.time -= 0.3
+        scene.wait(0.1)
+
+
 def clock_replaced(scene: Scene) -> None:
     scene.engine.restart_clocks("use_sim_time was changed")
 
@@ -151,6 +161,7 @@ def nobody(scene: Scene) -> None:
 CAUSES = {
     no_time: "ROS time has not begun",
     time_stands: "ROS time stands still",
+    two_clocks: "ROS time steps back again and again",
     clock_replaced: "use_sim_time was changed",
     nobody: "nobody is connected that publishes /estop",
 }
@@ -176,6 +187,24 @@ def test_what_comes_while_it_is_blind_is_neither_lawful_nor_forbidden(
     assert [e.outcome for e in scene.engine.recorder.take() if e.name == "move" and e.seen] == [
         "undecided"
     ] * 5
+
+
+@pytest.mark.parametrize("engine_type", [monitor_engine, supervisor_engine])
+def test_time_goes_on_while_what_came_is_handled_as_at_the_time_when_it_came(
+    engine_type: Any,
+) -> None:
+    """On a machine that is slow."""
+    scene = Scene(TIMED, engine_type)
+    scene.begin()
+    scene.press(False)
+    more = (None,) if scene.engine.sends else ()
+    for _ in range(40):
+        scene.engine.role.offer("/move", (CommandPattern(MOVE),), SimpleNamespace(), *more)
+    scene.port.slowness = 0.02
+    scene.engine.cycle()
+    assert scene.reason is None
+    assert [text for text in scene.port.logs if "stands still" in text] == []
+    assert scene.port.documents == []
 
 
 def test_a_span_is_told_with_its_end_and_judging_goes_on() -> None:

@@ -46,6 +46,10 @@ class Caller:
         """Return whether there is a server."""
         raise NotImplementedError
 
+    def connects(self):
+        """Return whether it is connecting to a server, see :meth:`.port.Port.connects`."""
+        return False
+
     def running(self):
         """Return the ids of the goals that were sent and may go on."""
         return []
@@ -86,9 +90,10 @@ class CallingPort(Port):
         self._services = self._services_of()
         self._actions = actions = self._actions_of()
         self._former = former  # actions with goals of the node's former configurations
-        for action in actions.values():
-            others = (a for a in (*actions.values(), *former) if a is not action)
-            action.siblings = [other for other in others if other.label == action.label]
+        clients = (*actions.values(), *former)  # former ones listen to the server, too
+        for client in clients:
+            others = (other for other in clients if other is not client)
+            client.siblings = [other for other in others if other.label == client.label]
         served = self._made("served_service", tables.served)
         self._served = {**served, **self._made("served_action", tables.served_actions)}
 
@@ -146,6 +151,9 @@ class CallingPort(Port):
         caller.missed = not caller.is_served()
         return UNSERVED % caller.label if caller.missed else next(iter(caller.faults()), None)
 
+    def connects(self, key):
+        return self._caller(key).connects()
+
     def works(self, key):
         return self._services[key].is_busy()
 
@@ -158,7 +166,8 @@ class CallingPort(Port):
     def faults(self):
         callers = (*self.callers(), *self._former)
         more = () if self.transforms is None else self.transforms.faults()
-        return [*(fault for caller in callers for fault in caller.faults()), *more]
+        found = (fault for caller in callers for fault in caller.faults())
+        return [*dict.fromkeys(found), *more]  # clients of one server say the same of it
 
     def post_transforms(self, engine, keys):
         """Return what takes the transforms of these communications."""

@@ -76,7 +76,7 @@ class OpenRequest:
     still.
     """
 
-    __slots__ = ("ask", "before", "effects", "report", "stops")
+    __slots__ = ("ask", "before", "effects", "report", "since", "stops")
 
     def __init__(self, ask: Callable[[], Any], report: Report, stops: bool = False) -> None:
         self.ask = ask
@@ -84,6 +84,7 @@ class OpenRequest:
         self.stops = stops
         self.effects = OwnEffects({})
         self.before: dict[str, Any] = {}  # the state, as it was when the request was decided
+        self.since = 0.0  # when that was (steady seconds)
 
     def performed(self, state: Mapping[str, Any], writes: frozenset[str]) -> None:
         """Take notice of what the request has changed."""
@@ -94,6 +95,8 @@ _LOOK = 0.25
 """Seconds between two looks whether the server of a cancelled goal is still there."""
 RETRY = 0.02
 """Seconds between two looks whether a server can take an open request."""
+STEPPING = 1.0
+"""The most seconds for which a request that an operator has let through waits for a connection."""
 NOT_TAKEN = "no server has taken it"
 
 

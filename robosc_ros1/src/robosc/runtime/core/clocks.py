@@ -78,7 +78,8 @@ Clock = Union[Timer, Watch]
 
 
 class Clocks:
-    """All clocks of a controller. ``now`` is the port's clock, ``steady`` that of the machine."""
+    """All clocks of a controller. ``now`` is the port's clock, or one that follows it as what came
+    is handled; ``newest`` is the port's, ``steady`` that of the machine."""
 
     def __init__(
         self,
@@ -86,9 +87,11 @@ class Clocks:
         settings: Settings,
         now: Callable[[], float],
         steady: Callable[[], float],
+        newest: Callable[[], float],
     ) -> None:
         self._state = controller.__dict__
         self._port_time = now
+        self._newest = newest
         self._steady = steady
         self.has_begun = False
         """Whether the port's clock has started."""
@@ -128,17 +131,15 @@ class Clocks:
         To be called at least once per second; otherwise this process stood still itself, and it is
         not known whether the port's time did.
         """
-        seen = self.time()
-        if not self.has_begun:
-            seen = BEFORE_TIME
-        if seen != self._seen or machine - self._looked > STANDSTILL:
-            self._seen, self._moved = seen, machine
-        self._looked = machine
+        time, seen = self.time(), self._newest()
+        if seen > self._seen or machine - self._looked > STANDSTILL:
+            self._moved = machine
+        self._seen, self._looked = seen, machine
         stood = machine - self._moved
         if stood > STANDSTILL and self.has_begun:
             for watch in self._watches.values():
                 if min(stood, machine - watch.heard) > watch.delay and watch.deadline is not None:
-                    watch.deadline = min(watch.deadline, seen)
+                    watch.deadline = min(watch.deadline, time)
                     self.plan(watch)
         return stood
 
@@ -440,18 +441,17 @@ class TimeMonitor:
             found.append(_NOT_BEGUN)
         elif stood > (self._clocks.delays or (STANDSTILL,))[0]:
             found.append(_STANDS)
-        return found
+        return found + self._unsteady()
 
     def _found(self) -> list[str]:
-        found = []
+        if self._clocks.look(self._steady()) <= self._clocks.delays[0]:
+            return self._unsteady()
+        return [_STANDS if self._clocks.has_begun else _NOT_BEGUN, *self._unsteady()]
+
+    def _unsteady(self) -> list[str]:
         now = self._steady()
-        stood = self._clocks.look(now)
-        if stood > self._clocks.delays[0]:
-            found.append(_STANDS if self._clocks.has_begun else _NOT_BEGUN)
         if not self._steps or self._clocks.steps_back != self._steps[-1][1]:
             self._steps.append((now, self._clocks.steps_back))
         while len(self._steps) > 1 and self._steps[1][0] < now - _MEMORY:
             self._steps.popleft()
-        if self._steps[-1][1] - self._steps[0][1] >= _STEPS:
-            found.append(_STEPS_BACK)
-        return found
+        return [_STEPS_BACK] if self._steps[-1][1] - self._steps[0][1] >= _STEPS else []

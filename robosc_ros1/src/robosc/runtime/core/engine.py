@@ -20,7 +20,7 @@ import traceback
 from collections import deque
 from typing import TYPE_CHECKING, Any, Callable, Generic, NamedTuple, Protocol, TypeVar
 
-from .calls import REFUSED, Failure
+from .calls import REFUSED, STEPPING, Failure
 from .clocks import Deadlines, TimeMonitor, Timer, Watch, shortest
 from .engine_parts import BoundInput, EngineParts, Inputs, Item
 from .inbox import Inbox
@@ -449,7 +449,7 @@ class Engine(Generic[R]):
             else:
                 self._owner(ready.key).miss(ready)
         if self._calls.open and self.stopped is not None:
-            self.requests.end_open(self.stopped)  # what an operator has let through
+            self.requests.end_open(self.stopped, STEPPING)  # what an operator has let through
         if self._calls.open and not self.pauses.holds:
             self.requests.send_open()
 

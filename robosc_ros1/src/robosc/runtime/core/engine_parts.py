@@ -109,7 +109,7 @@ class EngineParts:
         self.scheduler = CommandScheduler(controller, settings, self.gate.lack)
         self.commands = {(c.key, c.kind): c for c in self.scheduler.commands}
         self.calls = Calls(settings, port)
-        self.clocks = Clocks(controller, settings, now, steady)
+        self.clocks = Clocks(controller, settings, now, steady, port.now)
         self.turns = EngineQueue(steady)
         self._throttle = Throttle()
         self.serves = any(sort in SERVED for sort in sorts.values())

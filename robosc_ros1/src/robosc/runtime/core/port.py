@@ -94,6 +94,11 @@ class Port:
         unknown."""
         return None
 
+    def connects(self, key: str) -> bool:
+        """Whether a connection to a server that may be there is being made, or has been made for a
+        request that waits."""
+        return False
+
     def works(self, key: str) -> bool:
         """Whether the server of a service may still answer the latest call."""
         return False

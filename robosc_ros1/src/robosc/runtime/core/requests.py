@@ -49,7 +49,7 @@ class Requests:
         token = self._calls.begin(key, parts.steady(), is_goal)
         if not (parts.gate.takes(key) and self._send(key, data, token, request)):
             self._calls.leave_open(key, request)
-            request.before = dict(vars(parts.controller))
+            request.before, request.since = dict(vars(parts.controller)), parts.steady()
 
     def send_open(self) -> None:
         """Send the open requests that a server can take, and that are allowed now."""
@@ -86,11 +86,13 @@ class Requests:
     def _give_up(self, key: str, token: int, request: OpenRequest, why: str) -> None:
         request.report(key, token, "error", Failure("it was not sent: " + why, None, ABSENT))
 
-    def end_open(self, why: str) -> None:
-        """End all open requests but the stop command, since the node stands still."""
-        stop = self._parts.settings.stop_command
+    def end_open(self, why: str, after: float = 0.0) -> None:
+        """End all open requests but the stop command, since the node stands still; one to whose
+        server a connection is being made, ``after`` so many seconds."""
+        parts, stop = self._parts, self._parts.settings.stop_command
         for key, request in list(self._calls.open.items()):
-            if not request.stops and key != stop:
+            waits = parts.steady() < request.since + after and parts.port.connects(key)
+            if not (request.stops or key == stop or waits):
                 token = self._calls.close(key)
                 assert token is not None
                 self._give_up(key, token, request, why)
