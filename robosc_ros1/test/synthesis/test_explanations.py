@@ -392,3 +392,19 @@ def test_a_bad_state_behind_many_failures_in_any_order_is_found() -> None:
         forced = [step for step in explanation.trace if not step.event.controllable]
         assert len(forced) == 13
         assert "fails" in explanation.reason
+
+
+def test_a_message_that_falls_silent_changes_no_component() -> None:
+    found = supervisor_of("""
+        component Lamp {
+            outgoing message bright with timeout: 1 s, type: boolean
+            behaviour {
+                variable lit: boolean
+                initial marked state on { on response from bright do lit := value }
+            }
+        }
+        requirement never Lamp.lit and bright.silent
+    """)
+    (why,) = found.explanations
+    assert trace_text_of(why.trace) == ["bright.response", "bright.timeout"]
+    assert why.remedy == "relax the requirement"

@@ -362,6 +362,8 @@ def _avoiding(read: Sequence[str], event: Event | None) -> str:
     if event is None:
         return f"let {listing(read)} start otherwise, or relax the requirement"
     movers = [p.component for p in event.automata if p.component in read]
+    if not movers:
+        return "relax the requirement"  # only the phase of a communication has changed
     return f"change what {event_text(event)} does to {listing(movers)}, or relax the requirement"
 
 
