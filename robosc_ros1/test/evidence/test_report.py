@@ -364,3 +364,34 @@ def test_a_bag_is_judged_as_replay_does(
     assert all(line.endswith("value is 0.75") for line in told)
     assert replayed.stdout.count("value is 0.75") == code
     assert shown["SR-1"]["violations"] == []
+
+
+def test_what_is_cited_as_one_requirement_is_one(robosc: Robosc, tmp_path: Path) -> None:
+    """One in a component that is imported twice, and one on the data of several commands."""
+    (tmp_path / "Lamps.rscd").write_text("""library Lamps {
+        component Lamp {
+            incoming message glow with identifier: "glow", type: double
+            outgoing message hot with identifier: "hot", timeout: 1 s, type: none
+            requirement glow needs hot.fresh
+        }
+    }""")
+    model = tmp_path / "room.rscd"
+    model.write_text("""robot Room {
+        component Left from Lamps import Lamp with prefix: "/left"
+        component Right from Lamps import Lamp with prefix: "/right"
+        requirement { Left.glow, Right.glow } needs value <= 2.0
+        provide Left.glow with 1.0 if Left.hot.fresh else with 3.0
+        provide Right.glow with 1.0
+        stop with nothing
+    }""")
+    done = robosc("report", str(model), "--output", str(tmp_path / "evidence.json"))
+    found = document(done, tmp_path / "evidence.json")
+    commands = {r["text"]: [c["command"] for c in r["commands"]] for r in found["requirements"]}
+    both = ["Left.glow.request", "Right.glow.request"]
+    assert commands == {
+        "requirement { Left.glow, Right.glow } needs value <= 2.0": both,
+        "requirement glow needs hot.fresh": both,
+    }
+    data, fresh = sorted(found["requirements"], key=lambda r: r["text"], reverse=True)
+    assert fresh["tested"]["met"]["runs"] and fresh["tested"]["violated"]["runs"]
+    assert data["tested"]["met"]["runs"], "of Right, which comes last, it is no case"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from hashlib import sha256
@@ -15,7 +15,7 @@ from robosc.emit.controller.naming import place
 from robosc.emit.package.rendering import instantiated
 from robosc.errors import Diagnostic, UsageError
 from robosc.evidence.runs import RecordedRun, RecordedRuns, RequirementRecord
-from robosc.model.entities import Assumption, Goal, Requirement
+from robosc.model.entities import Assumption, Goal, Requirement, Robot
 from robosc.plant.model_text import to_dsl
 from robosc.supervisor import Supervisor
 from robosc.synthesis.documents import step_document
@@ -84,7 +84,9 @@ def evidence(
 
     ``tests`` is what the scripts of the package's own test show.
     """
-    tested = {text: (met, violated) for text, _, met, violated in tests}
+    tested: dict[str, list[tuple[Shown, Shown]]] = {}
+    for text, _, met, violated in tests:
+        tested.setdefault(text, []).append((met, violated))
     robot = supervisor.plant.robot
     safe = any(check.name == "safe" and check.holds for check in verified.checks)
     files = [{"file": Path(s.path).name, "sha256": s.sha256} for s in robot.sources]
@@ -113,13 +115,10 @@ def evidence(
         "requirements": [
             *(
                 {
-                    **_requirement(
-                        supervisor, safe, number, requirement, runs.shown[requirement.text]
-                    ),
-                    "tested": _tested(tested.get(requirement.text)),
+                    **_requirement(supervisor, safe, several, runs.shown[text]),
+                    "tested": _tested(tested.get(text, [])),
                 }
-                for number, requirement in enumerate(robot.requirements)
-                if not requirement.implied
+                for text, several in _by_text(robot).items()
             ),
             *(_goal(goal, verified) for goal in robot.goals),
         ],
@@ -132,18 +131,25 @@ def _cited(one: Requirement | Goal | Assumption) -> Document:
     return {"id": one.id, "text": one.text, "place": place(one.span)}
 
 
+def _by_text(robot: Robot) -> dict[str, list[int]]:
+    """The numbers of the requirements that are cited as one: a statement about several commands, or
+    in a component that is imported several times."""
+    found: dict[str, list[int]] = {}
+    for number, requirement in enumerate(robot.requirements):
+        if not requirement.implied:
+            found.setdefault(requirement.text, []).append(number)
+    return found
+
+
 def _requirement(
-    supervisor: Supervisor,
-    safe: bool,
-    number: int,
-    requirement: Requirement,
-    shown: RequirementRecord,
+    supervisor: Supervisor, safe: bool, numbers: Sequence[int], shown: RequirementRecord
 ) -> Document:
     robot = supervisor.plant.robot
-    guards = [guard for guard in supervisor.guards if number in guard.event.requirements]
+    some = set(numbers)
+    guards = [guard for guard in supervisor.guards if some & set(guard.event.requirements)]
     events = {id(guard.event) for guard in guards}
     return {
-        **_cited(requirement),
+        **_cited(robot.requirements[numbers[0]]),
         "commands": [
             {
                 "command": event_text(guard.event),
@@ -164,12 +170,17 @@ def _requirement(
     }
 
 
-def _tested(row: tuple[Shown, Shown] | None) -> Document | None:
+def _tested(rows: Sequence[tuple[Shown, Shown]]) -> Document | None:
     """The scripts of the package's test in which it is met and violated, or why there are none."""
-    if row is None:
+    if not rows:
         return None
-    sides = zip(("met", "violated"), row, strict=True)
-    return {side: {"runs": runs, "why_not": why or None} for side, (runs, why) in sides}
+    sides = zip(("met", "violated"), zip(*rows, strict=True), strict=True)
+    return {side: _shown(several) for side, several in sides}
+
+
+def _shown(several: Sequence[Shown]) -> Document:
+    runs = sorted({run for found, _ in several for run in found})
+    return {"runs": runs, "why_not": None if runs else several[0][1]}
 
 
 def _goal(goal: Goal, verified: VerifyReport) -> Document:
