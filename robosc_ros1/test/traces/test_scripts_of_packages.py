@@ -257,12 +257,45 @@ def test_what_is_refused_where_all_is_heard_is_shown() -> None:
 
 
 @pytest.mark.parametrize("guards", [False, True])
-def test_numbers_at_a_distance_are_met(guards: bool) -> None:
-    """What a supervisor's controller sends is decided by what came before it; and one part of a
-    vector alone brings exactly a distance."""
-    robot = pipeline.load(model_of("docking"), pipeline.Options(supervises=guards)).robot
+@pytest.mark.parametrize("name", ["docking", "door", "patrol"])
+def test_all_is_shown_or_proved(name: str, guards: bool) -> None:
+    """What a supervisor's controller sends is decided by what came before it; one part of a vector
+    alone brings exactly a distance; of two guards that exclude each other the second one is not
+    asked where the first one holds; a cancel that is not allowed is told so."""
+    robot = pipeline.load(model_of(name), pipeline.Options(supervises=guards)).robot
     traces = choose(pipeline.synthesize(robot))
-    assert traces.shown == traces.cases.keys()
+    assert traces.cases.keys() == traces.shown | traces.proved
+
+
+SHY = """robot Shy {
+    component Door {
+        service knock with identifier: "/knock", type: std_srvs/Empty
+        outgoing message morning with identifier: "/morning", type: std_msgs/Empty
+
+        behaviour {
+            variable times: integer(0..2)
+
+            initial marked state quiet {
+                on request to knock if times < 2 do times := times + 1 goto waits
+                on response from morning do times := 0
+            }
+            state waits {
+                on response, error from knock goto quiet
+            }
+        }
+    }
+}
+"""
+
+
+def test_the_guard_of_a_request_is_shown_where_it_alone_blocks() -> None:
+    robot, _ = load(Source("shy.rscd", SHY))
+    assert robot is not None
+    traces = choose(synthesize(lower(robot)))
+    shown = {traces.cases[case] for case in traces.shown}
+    guard = "knock.request in Door (line 10, to waits): Door.times < 2, "
+    for outcome in ("which is true", "which is false", "at the number", "just below the number"):
+        assert f"{guard}{outcome}, alone decides" in shown
 
 
 GALLERY = "gallery/go_to_pose"

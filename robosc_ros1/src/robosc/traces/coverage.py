@@ -37,6 +37,7 @@ from robosc.traces.exact_steps import (
     Results,
     State,
     Steps,
+    Unknown,
     holds,
     keys_read,
     possible_values,
@@ -254,10 +255,11 @@ class Coverage:
         """The cases of each command and of each internal transition where a controller waits."""
         steps, functions = self.steps, list[tuple[Callable[[State], set[Case]], Iterable[str]]]()
         for rule in self.rules:
-            reads = self.reads(rule.step)
-            if not steps.guards_others:
-                functions.append((self._of_command[rule.step.number], reads))
-            elif not steps.follows and rule.step.number not in self._by_data:
+            reads, number = self.reads(rule.step), rule.step.number
+            is_told = steps.guards_others and not steps.follows
+            if not steps.guards_others or (is_told and rule.step.event.kind is EventKind.CANCEL):
+                functions.append((self._of_command[number], reads))
+            if is_told and number not in self._by_data:
                 functions.append((partial(self._told, rule), reads))
         functions += [(partial(self._edges_in, tau), tau.reads) for tau in steps.taus]
         return Results(functions)
@@ -300,11 +302,11 @@ class Coverage:
             if partner.blocking:
                 name = partner.component
                 told = f"blocked by {name} in {told_with_stage(state[partner.place])}"
-                cases: list[Case] = [("blocked", step.number, name)]
+                cases = [("blocked", step.number, name), *self._shut(step, partner, state, carried)]
                 ways = {v: [] if v else cases for v in partner.may_take(state, carried)}
                 found.append(Obstacle(ways, told if name in self._components else None))
         for other in rule.preferred:
-            known = carried is not UNKNOWN
+            known = not isinstance(carried, Unknown)
             allowed = {other.allowed(state)} if known else {False, other.in_phase(state)}
             yields: list[Case] = [("yields", step.number, other.number)]
             found.append(Obstacle({not v: yields if v else [] for v in allowed}, ""))
@@ -316,6 +318,15 @@ class Coverage:
             text = None if demand.requirement is None else demand.text
             found.append(Obstacle(ways, text, is_guard))
         return found
+
+    def _shut(
+        self, step: ExactStep, partner: Partner, state: State, carried: Carried
+    ) -> Iterator[Case]:
+        """The cases of what alone keeps an edge from being taken."""
+        for judged in self._edges_at(step, partner, state):
+            case = "edge", step.number, partner.component, *judged.edge.name
+            outcomes = judged.guard.possible(state, carried).get(False, ())
+            yield from ((*case, *outcome) for outcome in outcomes)
 
     def demanded(self, case: Case) -> bool | None:
         """Whether a demand holds where one of its atoms alone decides it; None: that depends."""
@@ -344,7 +355,7 @@ class Coverage:
                 if all(other in (one, guard) for other in closed):
                     found |= self._in_both(one, guard)
         is_alone = not any(case[0] in ("blocked", "yields") for case in found)
-        if carried is not UNKNOWN and is_alone and step.after(state, carried) is None:
+        if not isinstance(carried, Unknown) and is_alone and step.after(state, carried) is None:
             return set()
         return found
 
@@ -395,23 +406,23 @@ class Coverage:
         found += dict.fromkeys(one.told for one in closed if one.told)
         return tuple(found) if found else None
 
-    def possible(self, step: ExactStep, state: State) -> set[Case]:
+    def possible(self, step: ExactStep, state: State, carried: Unknown = UNKNOWN) -> set[Case]:
         """The cases of an event that may show in a state of the plant, of which numbers are left
         out."""
         found: set[Case] = set()
         if step.number in self.rules_by_number:
-            found |= self.of_command(step, state, UNKNOWN)
+            found |= self.of_command(step, state, carried)
             if step.replaces(state):
                 found |= {("replaced", step.number, value) for value in (True, False)}
-            may_pass = all(one.may_pass for one in self._obstacles(step, state, UNKNOWN))
+            may_pass = all(one.may_pass for one in self._obstacles(step, state, carried))
             if may_pass:
                 found.add(("sent", step.number))
             if may_pass or self.steps.guards_others:  # a correction may be why it passes, or not
-                found.update(self.data_of(step, state, UNKNOWN))
+                found.update(self.data_of(step, state, carried))
         elif not step.event.controllable:
             found.add(("event", step.number, "" if step.phase is None else state[step.phase]))
-        if step.guard is None or True in possible_values(step.guard, state, UNKNOWN):
-            found.update(self._edges_of(step, state, UNKNOWN, {}))
+        if step.guard is None or True in possible_values(step.guard, state, carried):
+            found.update(self._edges_of(step, state, carried, {}))
         return found
 
     def of_step(self, step: ExactStep, state: State, carried: Carried, after: State) -> set[Case]:
@@ -526,9 +537,9 @@ class Coverage:
             if False not in values:
                 return
 
-    def regions(self, step: ExactStep) -> dict[str, list[Any]]:
-        """The numbers that what decides about an event only compares with numbers that stand, each
-        with a value of every kind that this tells apart."""
+    def regions(self, step: ExactStep) -> dict[Any, list[Any]]:
+        """The numbers, of the robot and of what an event carries, that what decides about it only
+        compares with numbers that stand, each with a value of every kind that this tells apart."""
         edges = [j for key, some in self._edges.items() if key[0] == step.number for j in some]
         exprs = [expr for j in edges for expr in (j.guard.expr, *j.edge.made)]
         rule = self.rules_by_number.get(step.number)
@@ -537,8 +548,7 @@ class Coverage:
             exprs += [condition.expr, *data_expressions(provide.data)]
         guard = self.steps.guards.get(step.event.identity)
         exprs += [] if guard is None else [exact(guard.expr)]
-        types = {key: variable.type for key, variable in self.robot.variables.items()}
-        return regions(exprs, types)
+        return regions(exprs)
 
     @cached_property
     def atoms(self) -> Results[Any]:

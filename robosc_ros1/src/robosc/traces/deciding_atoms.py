@@ -20,6 +20,7 @@ from robosc.traces.exact_steps import (
     Function,
     Results,
     State,
+    Unknown,
     function,
     holds,
     keys_read,
@@ -189,9 +190,9 @@ class DecidedCondition:
         )
 
         def joined(s: State, v: Carried) -> _Values:
-            results = iter(() if v is UNKNOWN else known(s))
+            results = iter(() if isinstance(v, Unknown) else known(s))
             each = [
-                next(results) if is_known and v is not UNKNOWN else evaluate(s, v)
+                next(results) if is_known and not isinstance(v, Unknown) else evaluate(s, v)
                 for is_known, evaluate in zip(of_state, compiled, strict=True)
             ]
             surely = [one for one in each if other not in one]
@@ -224,7 +225,7 @@ class DecidedCondition:
         self.outer = [*outer, Atom("", whole, None, 0.0, keys_read([expr]))]
 
         def over(s: State, v: Carried) -> _Values:
-            if v is UNKNOWN:
+            if isinstance(v, Unknown):
                 return dict.fromkeys(possible_values(whole, s, v), every)
             value = holds(whole, s, v)
             try:
@@ -260,7 +261,7 @@ class DecidedCondition:
                 return None
 
         def over(s: State, v: Carried) -> _Values:
-            if v is UNKNOWN:
+            if isinstance(v, Unknown):
                 return {True: every, False: every}
             try:
                 items = list(array(s, v))

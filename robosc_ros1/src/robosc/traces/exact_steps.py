@@ -61,12 +61,14 @@ Function: TypeAlias = Callable[[State, Carried], Any]
 NOTHING: Carried = {}
 
 
-class _Unknown(dict[Any, Any]):
+class Unknown(dict[Any, Any]):
+    """What an event carries, of which only these parts are known."""
+
     def get(self, key: Any, default: Any = None) -> Any:
-        raise KeyError(key)
+        return self[key]
 
 
-UNKNOWN: Carried = _Unknown()
+UNKNOWN = Unknown()
 """Stands for anything that an event may carry."""
 LATE: Carried = {(): None, REASON: "timeout"}
 """What an error carries that time has caused."""

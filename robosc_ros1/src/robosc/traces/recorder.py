@@ -435,9 +435,7 @@ class Recorder:
                 yield from self._cancel(command)
                 continue
             reasons = self._coverage.reasons(command, self.state)
-            cases = self._coverage.of_command(command, self.state)
-            demanded = self._coverage.demanded
-            alone = frozenset(c for c in cases if c[0] == "demand" and not demanded(c))
+            alone = frozenset(self._coverage.of_command(command, self.state))
             elsewhere = self._coverage.open_elsewhere(command, self.state)
             why = command.number, reasons, elsewhere, alone
             if reasons is not None and why not in self._told:

@@ -3,40 +3,63 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Binary, ElementRef, Expr, ValueRef, VariableRef
-from robosc.expr.types import DoubleType, IntegerType, Type, domain
+from robosc.expr.types import BooleanType, DoubleType, IntegerType, domain
 from robosc.runtime.core.values import Undefined
 from robosc.traces.exact_steps import NOTHING, function, keys_read
 from robosc.traces.samples import NEAR
 
 
-def regions(exprs: Iterable[Expr], types: Mapping[str, Type]) -> dict[str, list[Any]]:
-    """The variables, by key, with which expressions do no more than to compare them with numbers
-    that stand; of each a value of every kind: where a comparison comes out otherwise, or its
-    numbers are near each other."""
-    read, compared = Counter[str](), dict[str, list[float]]()
-    for part in (part for expr in exprs for part in walk(expr)):
-        if isinstance(part, VariableRef):
-            read[part.key] += 1
+def regions(exprs: Iterable[Expr]) -> dict[Any, list[Any]]:
+    """The variables, by key, and parts of what an event carries, by path, with which expressions do
+    no more than to copy them, or to compare them with numbers that stand; of each a value of every
+    kind: where a comparison comes out otherwise, or its numbers are near each other."""
+    leaves: dict[Any, list[ValueRef | VariableRef]] = {}
+    compared: dict[Any, list[float]] = {}
+    whole = [expr for expr in exprs if not isinstance(expr, ValueRef | VariableRef)]
+    for part in (part for expr in whole for part in walk(expr)):
+        if isinstance(part, ValueRef | VariableRef):
+            leaves.setdefault(_key(part), []).append(part)
         elif isinstance(part, Binary) and part.operation.is_comparison:
             for one, other in ((part.left, part.right), (part.right, part.left)):
-                number = _number(other) if isinstance(one, VariableRef) else None
-                if isinstance(one, VariableRef) and number is not None:
-                    compared.setdefault(one.key, []).append(number)
+                number = _number(other)
+                if isinstance(one, ValueRef | VariableRef) and number is not None:
+                    compared.setdefault(_key(one), []).append(number)
+    found = {key: _values(some[0], compared.get(key, [])) for key, some in leaves.items()}
     return {
-        key: _integers(numbers) if isinstance(types[key], IntegerType) else _doubles(numbers)
-        for key, numbers in compared.items()
-        if read[key] == len(numbers)
-        and isinstance(types[key], DoubleType | IntegerType)
-        and domain(types[key]) is None
+        key: [*values, None] if any(map(_may_lack, leaves[key])) else values
+        for key, values in found.items()
+        if values and len(leaves[key]) == len(compared.get(key, leaves[key]))
     }
+
+
+def _key(leaf: ValueRef | VariableRef) -> Any:
+    return leaf.key if isinstance(leaf, VariableRef) else leaf.path
+
+
+def _may_lack(leaf: ValueRef | VariableRef) -> bool:
+    """Whether a part may be missing in what an event carries."""
+    if isinstance(leaf, VariableRef):
+        return False
+    return leaf.optional or any(isinstance(step, int) for step in leaf.path)
+
+
+def _values(leaf: ValueRef | VariableRef, numbers: list[float]) -> list[Any]:
+    """A value of every kind; none, if the plant knows the values, or nothing is known of them."""
+    match leaf.type:
+        case BooleanType() if isinstance(leaf, ValueRef):
+            return [True, False]
+        case IntegerType() if numbers and (isinstance(leaf, ValueRef) or domain(leaf.type) is None):
+            return _integers(numbers)
+        case DoubleType() if numbers:
+            return _doubles(numbers)
+    return []
 
 
 def _number(expr: Expr) -> float | None:

@@ -175,9 +175,10 @@ def _play(recorder: Recorder, search: InputGraph, edge: Edge, wanted: set[Case])
     at = len(lines)
     recorder.play(move)
     for _ in range(BEATS):
-        new = set().union(*(line.cases for line in lines[at:])) & wanted
+        every = set().union(*(line.cases for line in lines[at:]))
+        new = every & wanted
         arrived = search.node(recorder.state) is target
-        forbids = _forbids(search.coverage, new)
+        forbids = _forbids(search.coverage, new, every)
         if recorder.is_over or (arrived and not (cases & wanted) - new and not forbids):
             break
         recorder.beat()
@@ -186,10 +187,12 @@ def _play(recorder: Recorder, search: InputGraph, edge: Edge, wanted: set[Case])
     return set().union(*(line.cases for line in lines[at:])) & wanted
 
 
-def _forbids(coverage: Coverage, cases: set[Case]) -> bool:
-    """Whether one of the cases is that a command must not come."""
+def _forbids(coverage: Coverage, cases: set[Case], beside: set[Case]) -> bool:
+    """Whether one of the cases, ``beside`` others, is that a command must not come."""
     return any(
-        c[0] in ("blocked", "yields") or (c[0] == "demand" and coverage.demanded(c) is False)
+        c[0] in ("blocked", "yields")
+        or (c[0] == "demand" and coverage.demanded(c) is False)
+        or (c[0] == "edge" and ("blocked", *c[1:3]) in beside)
         for c in cases
     )
 

@@ -9,9 +9,11 @@ each event it is enough what those variables are together that its cases read.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import product
+from types import MappingProxyType
+from typing import Any, TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.plant.automaton import Plant, VariableKind
@@ -19,8 +21,11 @@ from robosc.synthesis.explore import explore
 from robosc.synthesis.verify.state_sets import Assigned
 from robosc.synthesis.verify.symbolic import reached_values
 from robosc.traces.coverage import Case, Coverage
-from robosc.traces.exact_steps import ExactStep, State, Steps
+from robosc.traces.exact_steps import ExactStep, State, Steps, Unknown
 
+Regions: TypeAlias = Mapping[Any, list[Any]]
+_ALL: Regions = MappingProxyType({})
+"""Where nothing is known of numbers."""
 STATES, COMBINATIONS = 10000, 20000
 """So many states are looked at one by one; of a larger system, so many combinations of values."""
 _KNOWN = (VariableKind.LOCATION, VariableKind.ASSUMPTION, VariableKind.PHASE)
@@ -65,21 +70,34 @@ class Unreachable:
         found: set[Case] = set()
         for step, states in self._states:
             wanted = by_number.get(step.number)
-            if wanted and states is not None:
-                regions = self._coverage.regions(step)
-                each = product(*regions.values())
-                if 1 < math.prod(map(len, regions.values())) <= COMBINATIONS / max(1, len(states)):
-                    numbers = [dict(zip(regions, values, strict=True)) for values in each]
-                    all_states = (state | some for state in states for some in numbers)
-                    found |= wanted - self._possible(step, all_states)
+            if wanted and states:
+                few = _few(self._coverage.regions(step), COMBINATIONS // len(states))
+                if few:
+                    found |= wanted - self._possible(step, states, few)
         return frozenset(found)
 
-    def _possible(self, step: ExactStep, states: Iterable[State]) -> set[Case]:
+    def _possible(
+        self,
+        step: ExactStep,
+        states: Iterable[State],
+        regions: Regions = _ALL,
+    ) -> set[Case]:
+        """What may show in some states, with some values of numbers."""
         found: set[Case] = set()
-        for state in states:
-            if step.in_phase(state):
-                found |= self._coverage.possible(step, state)
+        values = [Unknown(zip(regions, each, strict=True)) for each in product(*regions.values())]
+        for state in filter(step.in_phase, states):
+            for some in values:  # the names of variables are texts, those of parts are paths
+                found |= self._coverage.possible(step, state | some, some)
         return found
+
+
+def _few(regions: Mapping[Any, list[Any]], most: int) -> dict[Any, list[Any]]:
+    """Those with the fewest values, of which there are not too many combinations."""
+    found: dict[Any, list[Any]] = {}
+    for key, values in sorted(regions.items(), key=lambda one: len(one[1])):
+        if math.prod(map(len, found.values())) * len(values) <= most:
+            found[key] = values
+    return found
 
 
 def _reached(steps: Steps, groups: list[frozenset[int]]) -> Sequence[list[Assigned] | None]:
