@@ -97,7 +97,7 @@ def ros_name_fault(name: str) -> str | None:
 
     Accepted are relative (``a/b``), absolute (``/a/b``) and private (``~a``) names that are valid
     in ROS 1 and ROS 2 alike, so that one model serves both. ROS 1 takes no leading ``_``, ROS 2 no
-    ``__``.
+    ``__``, and no part that begins with a digit; the text names the one that does not.
     """
     if not name:
         return "it is empty"
@@ -107,16 +107,16 @@ def ros_name_fault(name: str) -> str | None:
     if bad := re.search(r"[^A-Za-z0-9_/]", rest):
         return f"{bad.group()!r} is not allowed: only letters, digits, '_' and '/' are"
     if name[0] == "_":
-        return "it begins with '_'"
+        return "it begins with '_' (ROS 1)"
     if rest.endswith("/"):
         return "it ends with '/'"
     for part in rest.split("/"):
         if not part:
             return "it contains '//'"
         if part[0].isdigit():
-            return f"the part {part!r} begins with a digit"
+            return f"the part {part!r} begins with a digit (ROS 2)"
         if "__" in part:
-            return f"the part {part!r} contains '__'"
+            return f"the part {part!r} contains '__' (ROS 2)"
     return None
 
 

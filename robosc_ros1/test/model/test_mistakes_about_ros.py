@@ -114,6 +114,37 @@ def test_one_error_about_names(right: str, wrong: str, marked: str, hint: str) -
     assert checked(mistaken(GRAB, right, wrong)) == [(marked, hint)]
 
 
+LAMP = """
+robot R {
+    component Lamp {
+        outgoing message bright with timeout: 1 s, type: double
+        incoming message glow with type: boolean
+        behaviour {
+            variable dark: boolean
+            initial marked state on_ { on response from bright do dark := value < 0.5 }
+        }
+    }
+    requirement glow needs bright.fresh
+    provide glow with Lamp.dark
+    stop with nothing
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "marked", "hint"),
+    [
+        ("value < 0.5", "value.data < 0.5", "data", "it is the value itself: write value"),
+        ("with Lamp.dark", "with { data: Lamp.dark }", "{", "write the value alone: Lamp.dark"),
+    ],
+)
+def test_a_message_of_one_field_is_its_value(
+    right: str, wrong: str, marked: str, hint: str
+) -> None:
+    assert checked(LAMP) == []
+    assert checked(mistaken(LAMP, right, wrong)) == [(marked, hint)]
+
+
 def test_each_misdirected_command_is_told_once() -> None:
     """At its first use; nothing is said of the topic that both would be received on."""
     text = MODEL.replace("incoming", "outgoing")

@@ -251,7 +251,9 @@ def test_names_that_ros_does_not_allow_are_left_out(
     )  # fmt: skip
     text = model(robosc, tmp_path, made)
     assert text.count("outgoing message") == 1
-    _, _, left_out = text.partition("// Left out, since ROS does not allow these names: ")
+    _, _, left_out = text.partition(
+        "// Left out, since ROS 1 or ROS 2 does not allow these names: "
+    )
     assert all(repr(name) in left_out for name in wrong)
 
 

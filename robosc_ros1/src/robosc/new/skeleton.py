@@ -46,7 +46,7 @@ _ABSENT = """
 """
 
 _MISNAMED = """
-    // Left out, since ROS does not allow these names:
+    // Left out, since ROS 1 or ROS 2 does not allow these names:
 """
 
 _DECLARED = """

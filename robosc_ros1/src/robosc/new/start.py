@@ -74,7 +74,8 @@ def _model(
             f"left out, since their types are not defined here: {', '.join(o.name for o in absent)}"
         )
     if misnamed:
-        print(f"left out, since ROS does not allow their names: {', '.join(map(repr, misnamed))}")
+        names = ", ".join(map(repr, misnamed))
+        print(f"left out, since ROS 1 or ROS 2 does not allow their names: {names}")
     return skeleton.from_survey(name, here, pauses, origin, absent, recorded, notes, misnamed)
 
 

@@ -35,8 +35,12 @@ class DataTyper:
                 return self._array(node, type_, place)
             case nodes.AggregateNode(), ArrayType():
                 return self._made(node, type_, place)
-        what = "an object" if isinstance(node, nodes.DataObjectNode) else "an array"
-        self._mismatch(_opening(node.span), type_, place, f", this is {what}")
+        what, hint = "an array", None
+        if isinstance(node, nodes.DataObjectNode):
+            what = "an object"
+            if len(node.fields) == 1 and not isinstance(type_, ArrayType):
+                hint = f"write the value alone: {node.fields[0].value.span.text}"
+        self._mismatch(_opening(node.span), type_, place, f", this is {what}", hint)
         return None
 
     def _expression(self, node: nodes.ExprNode, type_: Type, place: str) -> Data | None:

@@ -114,6 +114,8 @@ class Parts:
         if isinstance(type_, ArrayType) and part.text in ("length", "len", "size", "count"):
             whole = access.span.text.removesuffix(f".{part.text}")
             hint = f"write length({whole})"
+        if access.span.text == f"value.{part.text}" and not isinstance(type_, ArrayType):
+            hint = "it is the value itself: write value"
         self.report.add(
             "unknown-member",
             part.span,
