@@ -408,3 +408,39 @@ def test_a_message_that_falls_silent_changes_no_component() -> None:
     (why,) = found.explanations
     assert trace_text_of(why.trace) == ["bright.response", "bright.timeout"]
     assert why.remedy == "relax the requirement"
+
+
+CALLED = """
+    component Arm {
+        service grab with request: none, response: none links link
+        behaviour {
+            variable failed: boolean
+            OUTSIDE
+            initial marked state idle { on request to grab goto busy }
+            state busy { on response from grab goto idle INSIDE }
+        }
+    }
+"""
+
+
+@pytest.mark.parametrize(
+    ("outside", "inside", "remedy", "mended"),
+    [
+        ("", "on error from grab goto busy",
+         "let 'on error from grab' in state busy of Arm lead on: 'goto idle'",
+         "on error from grab goto idle"),
+        ("", "on error from grab do failed := true",
+         "let 'on error from grab' in state busy of Arm lead on: 'goto idle'",
+         "on error from grab do failed := true goto idle"),
+        ("on error from grab do failed := true", "",
+         "add 'on error from grab goto idle' in state busy of Arm", "on error from grab goto idle"),
+    ],
+)  # fmt: skip
+def test_a_transition_that_leads_nowhere_is_to_lead_on(
+    outside: str, inside: str, remedy: str, mended: str
+) -> None:
+    text = CALLED.replace("OUTSIDE", outside)
+    why = explanation_of(supervisor_of(text.replace("INSIDE", inside)), "grab.request")
+    assert why.remedy == remedy
+    found = supervisor_of(text.replace("INSIDE", mended))
+    assert guard_text(found, "grab.request") == ("true", "as required")

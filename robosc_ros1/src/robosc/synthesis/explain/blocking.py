@@ -134,18 +134,23 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
                 return remedy
             continue
         synchronised = event.kind.synchronised and edges
-        if event.kind.of_component or synchronised or any(edge.guard is None for edge in edges):
+        if event.kind is EventKind.REQUEST or event.kind.of_component or synchronised:
             continue
         origin = _requested_from(plant, event.key, variable, place)
         if origin is not None and _leaving_by(plant, event.key, variable, place):
             target = location_name(plant, variable, origin)
             direction = "to" if event.kind.to_component else "from"
+            happens = f"on {event.kind.word} {direction} {event.name}"
             own = plant.robot.component(name).states[place].on_communications
-            guarded = any(t.event is event.kind and t.communication == event.key for t in own)
-            otherwise = "else " if guarded else ""
-            transition = f"on {event.kind.word} {direction} {event.name} {otherwise}goto {target}"
+            has_own = any(t.event is event.kind and t.communication == event.key for t in own)
+            always = any(edge.guard is None for edge in edges)
+            if always and any(edge.target != place for edge in edges):
+                continue
+            if always and has_own:
+                return f"let '{happens}' in state {here} of {name} lead on: 'goto {target}'"
+            transition = f"{happens} {'else ' if has_own else ''}goto {target}"
             added = f"add '{transition}'"
-            if edges and not guarded:
+            if edges and not always and not has_own:
                 return f"{added} outside the states of {name}, for when none of the guards holds"
             text = f"{added} in state {here} of {name}"
             return Remedy(text, Change.ADD_TRANSITION, (transition, here, name))
