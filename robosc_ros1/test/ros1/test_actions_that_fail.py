@@ -288,6 +288,7 @@ for token, seconds in ((1, 100), (2, 50)):
     action.start({}, token)
     ends = [(token, kind) for kind in ("response", "error", "cancelled")]
     print("ended:", next(end for end in iter(lambda: told.get(timeout=60), None) if end in ends))
+rospy.signal_shutdown("done")  # a thread of the server would keep the process
 """
     with stage.simulated_time():
         done = stage.workspace.run("python3", "-c", script, master=stage.master)
