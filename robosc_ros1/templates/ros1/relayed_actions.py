@@ -12,7 +12,7 @@ from contextlib import suppress
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from .ros_actions import LOST_RESULT, GoalCaller, new_goal_id
+from .ros_actions import LOST_RESULT, GoalCaller
 from .ros_goals import Goal, end_of
 from .ros_raw import passed_on, raw_subscriber, read
 
@@ -42,7 +42,7 @@ class ActionRelay(GoalCaller):
             onward = passed_on(raw)
             if not message.goal_id.id:
                 # As from "rostopic pub": the robot's server would choose an unknown id.
-                message.goal_id = new_goal_id()
+                message.goal_id = self._new_id()
                 onward = message
             relayed = Goal(message.goal_id)
 

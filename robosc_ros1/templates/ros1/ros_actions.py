@@ -39,12 +39,6 @@ OWN_IDS = 1000
 LOST_RESULT = "it ended, but its result did not arrive"
 
 
-def new_goal_id():
-    """Return a unique goal id. Those of actionlib repeat if the node restarts while ROS time is
-    stopped."""
-    return GoalID(id="%s-%s" % (rospy.get_name(), uuid.uuid4()), stamp=rospy.Time.now())
-
-
 class Ends:
     """The publishers and subscribers of this node for one action."""
 
@@ -133,10 +127,19 @@ class GoalCaller(Caller):
         self._foreign = []  # ids of others' goals that go on
         self._has_told = False  # whether a server has told of its goals
         self._seeker = Seeker(self._seek, 0.01)
+        self._stamp = rospy.Time()  # of the latest goal of this node
 
     @staticmethod
     def _publisher(topic, type_, queue=QUEUE):
         return rospy.Publisher(topic, type_, queue_size=queue, tcp_nodelay=True)
+
+    def _new_id(self):
+        """Return a unique goal id. Those of actionlib repeat if the node restarts while ROS time is
+        stopped. Its stamp is not before that of another goal, also when ROS time has stepped back:
+        a SimpleActionServer recalls what seems to be older than its last goal."""
+        stamps = [action._stamp for action in (self, *self.siblings)]
+        self._stamp = max(rospy.Time.now(), *stamps)
+        return GoalID(id="%s-%s" % (rospy.get_name(), uuid.uuid4()), stamp=self._stamp)
 
     def is_served(self):
         return self._ends.are_connected()
@@ -322,6 +325,6 @@ class Action(GoalCaller):
         self._goal(data).serialize(io.BytesIO())
 
     def start(self, data, token):
-        message = self._goal_type(goal=self._goal(data), goal_id=new_goal_id())
-        message.header.stamp = message.goal_id.stamp
+        message = self._goal_type(goal=self._goal(data), goal_id=self._new_id())
+        message.header.stamp = rospy.Time.now()
         self.begin(Goal(message.goal_id), message, token)

@@ -2,14 +2,17 @@
 """Actions of the node, whose goals the controller answers.
 
 They use actionlib's ActionServer. What the controller decides is sent by a thread of its own, in
-order, because actionlib publishes the status of all goals with each change. Why a goal is rejected
-or aborted is the text of its status.
+order, because actionlib publishes the status of all goals with each change. That thread also
+publishes the status again and again, by the clock of the machine: actionlib's timer stands still
+with ROS time, and ends for good when that steps back; clients take a silent server for lost. Why a
+goal is rejected or aborted is the text of its status.
 """
 
 import io
 import threading
+import time
 from contextlib import contextmanager
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 
 import actionlib
 import rospy
@@ -46,9 +49,9 @@ class ServedAction:
             if call is not None:
                 recall(call)
 
-        threading.Thread(target=self._send, name="served action", daemon=True).start()
         self._server = _Server(self._name, self._type, on_goal, on_cancel, auto_start=False)
         self._server.start()
+        threading.Thread(target=self._send, name="served action", daemon=True).start()
 
     def check(self, kind, data):
         (self.feedback if kind == "feedback" else self.result)(data)
@@ -76,17 +79,33 @@ class ServedAction:
             self._server.result_pub.publish(result)
 
     def _send(self):
+        due = time.monotonic()
         while True:
-            function, arguments = self._outbox.get()
+            left = due - time.monotonic()
             try:
-                function(*arguments)
+                if left <= 0.0:
+                    due = time.monotonic() + self._server.period
+                    self._server.publish_status()
+                else:
+                    function, arguments = self._outbox.get(timeout=left)
+                    function(*arguments)
+            except Empty:
+                pass
             except Exception as error:
                 rospy.logerr("%s: %s", self._name, told_error(error))
 
 
 class _Server(actionlib.ActionServer):
     """actionlib's, whose topics rospy may close while it sends: its timer and its subscribers would
-    print what that raises (of a buffer that is gone) as tracebacks."""
+    print what that raises (of a buffer that is gone) as tracebacks.
+
+    It makes no timer for its status, since it finds no frequency: ``period`` is that in seconds.
+    """
+
+    status_frequency = property(lambda self: 0.0, lambda self, hertz: self._take(hertz))
+
+    def _take(self, hertz):
+        self.period = 1.0 / hertz if hertz > 0.0 else threading.TIMEOUT_MAX
 
     def publish_result(self, status, result):
         with _unless_ending():

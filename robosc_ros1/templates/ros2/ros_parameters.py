@@ -15,6 +15,10 @@ from ._runtime.core.settings import ParameterError, declared, dotted, read
 from ._runtime.core.shapes import parts_by_name
 
 _SIM_TIME = "use_sim_time"
+_KEPT = (
+    "parameter %s: ROS keeps what was sent last for who subscribes later, though a requirement may"
+    " forbid it by then"
+)
 _IGNORED = ("start_type_description_service", "qos_overrides")
 
 
@@ -100,7 +104,11 @@ def configured(node, controller, topics, defaults):
         for c in communications
         if c.sort in ("incoming", "outgoing") and not c.frames
     }
-    return settings, profiles, warnings
+    restricted = {row.key for row in controller.COMMANDS if row.requirements}
+    commands = (c for c in communications if c.sort == "incoming" and c.key in restricted)
+    names = [qos_parameter_name(c, "durability") for c in commands]
+    kept = [_KEPT % dotted(n) for n in names if settings.more[n] == "transient_local"]
+    return settings, profiles, [*warnings, *kept]
 
 
 def _declared(parameters, given, settings):

@@ -259,6 +259,43 @@ def test_goals_of_a_controller_that_came_again_while_the_clock_stands(
     assert asked[0]["id"] != asked[1]["id"]
 
 
+def test_a_simple_action_server_takes_goals_after_a_step_back_of_time(stage: Stage) -> None:
+    """It recalls those with a stamp before that of its last goal, as after a simulation's reset."""
+    script = """
+import queue, rospy, time
+from actionlib import SimpleActionServer
+from gauntlet_interfaces.msg import ReachAction
+from rosgraph_msgs.msg import Clock
+from probe_controller.ros_actions import Action
+from probe_controller.ros_connections import send_promptly
+send_promptly()
+rospy.init_node("reset")
+clock = rospy.Publisher("/clock", Clock, queue_size=1)
+def be(seconds):
+    while rospy.get_time() != seconds:
+        clock.publish(rospy.Time(seconds))
+        time.sleep(0.01)
+be(100)
+server = SimpleActionServer("/run", ReachAction, lambda goal: server.set_succeeded(), False)
+server.start()
+action, told = Action("/run", ReachAction), queue.Queue()
+action.report = lambda token, kind, payload=None: told.put((token, kind))
+action.look = lambda: None
+for token, seconds in ((1, 100), (2, 50)):
+    be(seconds)
+    while not action.ready():
+        time.sleep(0.01)
+    action.start({}, token)
+    ends = [(token, kind) for kind in ("response", "error", "cancelled")]
+    print("ended:", next(end for end in iter(lambda: told.get(timeout=60), None) if end in ends))
+rospy.signal_shutdown("done")  # a thread of the server would keep the process
+"""
+    with stage.simulated_time():
+        done = stage.workspace.run("python3", "-c", script, master=stage.master)
+    ends = [line for line in done.stdout.splitlines() if line.startswith("ended")]
+    assert ends == ["ended: (1, 'response')", "ended: (2, 'response')"]
+
+
 def test_a_goal_that_is_over_is_forgotten(stage: Stage, puppet: Puppet) -> None:
     """Else all of them would be looked through at each status."""
     puppet.do("action", **RUN, mode="succeed")

@@ -48,6 +48,26 @@ def is_enabled(state: dict[str, Any], kind: str) -> bool:
     return told in [(command["event"], command["enabled"]) for command in state["commands"]]
 
 
+def test_its_status_goes_on_whatever_ros_time_does(stage: Stage, ear: Puppet) -> None:
+    """Clients take a server without status for lost."""
+
+    def goes_on() -> None:
+        for _ in range(2):
+            ear.hears(f"{NAME}/status", since=ear.mark)
+
+    with (
+        stage.simulated_time(),
+        stage.controller(ear, "missions_controller") as running,
+        stage.puppet() as simulator,
+    ):
+        ear.do("listen", topic=f"{NAME}/status", type="actionlib_msgs/GoalStatusArray")
+        goes_on()
+        for seconds in (100.0, 100.1, 50.0):
+            simulator.do("clock", seconds=seconds, to=running.name)
+        goes_on()
+        assert "Traceback" not in running.log
+
+
 @pytest.mark.once
 def test_a_goal_is_reported_on_and_answered(puppet: Puppet, node: Node) -> None:
     mark = accepted(puppet, node)

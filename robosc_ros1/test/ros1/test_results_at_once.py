@@ -23,7 +23,7 @@ action = relayed_actions.ActionRelay("/guarded", "/at_once", types.NavigateActio
 action.connect(Engine)
 
 def start():
-    goal = ros_actions.Goal(ros_actions.new_goal_id())
+    goal = ros_actions.Goal(action._new_id())
     action.begin(goal, types.NavigateActionGoal(goal_id=goal.goal_id), 1)
 """
 SCRIPT = f"""

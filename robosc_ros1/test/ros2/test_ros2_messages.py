@@ -57,6 +57,18 @@ def test_inputs_come_from_publishers_of_either_reliability(graph: Graph, control
 LATCHED = {"durability": "transient_local"}
 
 
+def test_a_latched_command_that_may_be_forbidden_later_is_warned_of(
+    graph: Graph, controller: Start
+) -> None:
+    node = controller(qos__warn__durability="transient_local")
+    robot = graph.peer()
+    robot.watch("guarded_arm")
+    robot.expect_state("guarded_arm", lambda s: s)
+    text = "parameter qos.warn.durability: ROS keeps what was sent last for who subscribes later"
+    assert text in node.output
+    assert "qos.speed.durability" not in node.output
+
+
 @pytest.mark.parametrize("node", ["guarded_arm", "guarded_arm_supervisor"])
 @pytest.mark.parametrize("given", [{}, LATCHED, {"durability": "volatile"}])
 def test_what_was_latched_before_the_start_is_heard_unless_told_otherwise(
