@@ -14,9 +14,8 @@ from std_msgs.msg import String
 
 from ._runtime.core.pauses import others_rest
 from ._runtime.core.port import BEFORE_TIME, steady_time
-from .ros_arriving import read
-from .ros_inputs import Input
-from .ros_messages import compose, has_oddities, may_be_heavy, plain
+from .ros_inputs import Input, light_input
+from .ros_messages import compose
 from .ros_parameters import advertise, is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 
@@ -86,14 +85,10 @@ class RosPort(CallingPort):
         )
 
     def _connect_inputs(self, engine):
+        heard = self._tables.makes.get("heavy", light_input)
         for topic, message_type, keys in self._tables.subscriptions:
-            profile, raw = self._profiles[keys[0]], may_be_heavy(message_type)
-            if raw:
-                post = _by_weight(engine.heavy(keys, partial(read, message_type=message_type)))
-            elif has_oddities(message_type):
-                post = _plainly(engine.poster(keys))
-            else:
-                post = engine.poster(keys)
+            post, raw = heard(message_type, keys, engine)
+            profile = self._profiles[keys[0]]
             entry = self.listen(message_type, topic, post, profile, engine.lose, raw=raw)
             self._heard.update(dict.fromkeys(keys, entry))
 
@@ -199,18 +194,6 @@ class RosPort(CallingPort):
         self.exit_code = code
         if self.on_exit is not None:
             self.on_exit()
-
-
-def _by_weight(heavy):
-    def take(data):
-        is_light = heavy.is_light(len(data))
-        heavy.take(heavy.convert(data) if is_light else data, len(data), not is_light)
-
-    return take
-
-
-def _plainly(post):
-    return lambda message: post(plain(message))
 
 
 class RosOutlet(TopicOutlet):

@@ -19,10 +19,10 @@ ALL = {
     "__init__", *(f"core/{name}" for name in (
         "__init__", "calls", "clocks", "connections", "engine", "engine_parts", "gate", "inbox", "intake",
         "model", "original_state", "pauses", "places", "port", "reasons", "recorder",
-        "requests", "scheduler", "settings", "shapes", "shortening", "telemetry", "values",
+        "requests", "scheduler", "settings", "shortening", "telemetry", "values",
     ))
 }  # fmt: skip
-JUDGES = {f"judge/{name}" for name in ("__init__", "judge", "matching", "sight")}
+JUDGES = {f"judge/{name}" for name in ("__init__", "fields", "judge", "matching", "sight")}
 OF_MONITORS = (
     "crossings",
     "findings",
@@ -43,10 +43,14 @@ OF_ROS_2 = {"core/launch_arguments", "core/qos"}
 def of_model(files: Mapping[str, File], mode: str) -> set[str]:
     """The modules that the tables of a controller ask for."""
     source = next(file.content for path, file in files.items() if path.endswith("controller.py"))
+    node = next(file.content for path, file in files.items() if path.endswith("/node.py"))
     answers = "outgoing service" in source or "outgoing action" in source
     served = ("__init__", "served_calls", *(["relayed_calls"] if mode == "supervisor" else []))
     return {
         *({"core/functions"} if "_runtime.core.functions import" in source else ()),
+        *({"core/operations"} if "_runtime.core.operations import" in source else ()),
+        *({"core/heavy"} if mode != "supervisor" and "heavy=heavy_input" in node else ()),
+        *({"core/shapes"} if "shape=" in source else ()),
         *({"core/internal_transitions"} if "        Tau(" in source else ()),
         *({"core/ages"} if "max_age=" in source else ()),
         *(f"served/{name}" for name in served if answers and mode != "monitor"),

@@ -68,10 +68,10 @@ _OF_RUNTIME = {
         "After", "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
         "Tau",
     },
-    "core.values": {
-        "BrokenAssumption", "Mismatch", "copied", "given", "in_range", "now", "only_field",
-        "optional", "record", *_helpers("values"),
+    "core.operations": {
+        "copied", "given", "in_range", "now", "optional", *_helpers("operations"),
     },
+    "core.values": {"BrokenAssumption", "Mismatch", "only_field", "record", *_helpers("values")},
 }  # fmt: skip
 """What a controller may import, by module of the runtime."""
 

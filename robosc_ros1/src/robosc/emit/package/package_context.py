@@ -91,6 +91,8 @@ class PackageContext:
     served_services: tuple[TopicView, ...] = field(default=(), kw_only=True)
     served_actions: tuple[TopicView, ...] = field(default=(), kw_only=True)
     title: str = field(default="Controller", kw_only=True)
+    heavy: bool = field(default=False, kw_only=True)
+    """Whether inputs may be of any size."""
     heard: HeardView = field(default=HeardView(), kw_only=True)
     """Of a monitor."""
     examples: tuple[str, ...] = field(default=(), kw_only=True)

@@ -84,6 +84,7 @@ def relay_context(
     means = {r.key: r for found in command_matches(robot).values() for r in found}
     known = {f.name: getattr(base, f.name) for f in fields(base)}
     known["title"] = "Supervisor"
+    known["heavy"] = False  # it passes on bytes
     known["parameters"] = tuple(
         p for p in base.parameters if re.split("[./]", p.name)[0] not in _IDLE
     )

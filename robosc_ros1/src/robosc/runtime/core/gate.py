@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import AbstractSet, Any, Callable
 
 from .port import NotTaken, Port, WaitingCall
-from .values import Undefined, demand_finite, told_error
+from .values import Undefined, not_finite, told_error
 
 
 def lack(error: Exception) -> str:
@@ -38,8 +38,9 @@ class Gate:
     def check(self, key: str, kind: str, data: Any, whole: bool = True) -> None:
         """Raise any exception if a command cannot be sent with these data; whether they fit their
         fields, a message tells when it is sent, and need not be checked before (not ``whole``)."""
-        if self._only_finite:
-            demand_finite(data)
+        found = not_finite(data) if self._only_finite else None
+        if found is not None:
+            raise ValueError(found)
         if whole:
             self._port.check(key, kind, data)
 

@@ -14,7 +14,6 @@ import re
 from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Sequence
 
 from .model import ONCE, SERVED, Communication, Parameter
-from .shapes import ShapeFault, fitted, gathered
 from .shortening import excerpt
 from .values import widen
 
@@ -306,7 +305,10 @@ def read(
         ParameterError: values have the wrong type or are out of range; the text names all of them.
     """
     parameters = {p.name: p for p in (*declared(communications), *more)}
-    given = gathered(more, given)
+    if any(p.shape is not None for p in more):
+        from .shapes import gathered
+
+        given = gathered(more, given)
     if GENERAL_RATE in given and GENERAL_RATE not in parameters:
         given = {"rate" if name == GENERAL_RATE else name: value for name, value in given.items()}
     faults, warnings = _unknown(parameters, given, spelled, "" if strict else " is ignored")
@@ -322,6 +324,8 @@ def read(
         if parameter.type in ("integer", "number"):
             value = carried(value, parameter in more)
         if parameter.shape is not None:
+            from .shapes import ShapeFault, fitted
+
             try:
                 values[parameter.name] = fitted(value, parameter.shape, fault_of)
             except ShapeFault as misfit:

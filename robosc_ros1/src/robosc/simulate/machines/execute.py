@@ -26,8 +26,9 @@ from robosc.runtime.core import calls, model, port, recorder, telemetry
 from robosc.runtime.core import model as runtime
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.operations import in_range
 from robosc.runtime.core.settings import ParameterError, Settings, read
-from robosc.runtime.core.values import Undefined, in_range
+from robosc.runtime.core.values import Undefined
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import machine
 from robosc.simulate.machines.state import (

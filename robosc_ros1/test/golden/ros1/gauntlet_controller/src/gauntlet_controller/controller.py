@@ -9,7 +9,8 @@ References like gauntlet.rscd:1 are lines of the model.
 """
 
 from ._runtime.core.model import Command, Communication, Controller, Input, Requirement, Tau
-from ._runtime.core.values import Mismatch, divide, given, in_range, optional
+from ._runtime.core.operations import divide, given, in_range, optional
+from ._runtime.core.values import Mismatch
 
 
 def front(value, undefined):

@@ -17,7 +17,8 @@ from ._runtime.core.model import (
     Parameter,
     Requirement,
 )
-from ._runtime.core.values import Mismatch, divide
+from ._runtime.core.operations import divide
+from ._runtime.core.values import Mismatch
 
 
 def season(value, wanted):
