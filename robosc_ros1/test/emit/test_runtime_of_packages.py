@@ -52,6 +52,7 @@ def of_model(files: Mapping[str, File], mode: str) -> set[str]:
         *({"core/heavy"} if mode != "supervisor" and "heavy=heavy_input" in node else ()),
         *({"core/shapes"} if "shape=" in source else ()),
         *({"core/internal_transitions"} if "        Tau(" in source else ()),
+        *({"core/timers"} if "        After(" in source else ()),
         *({"core/ages"} if "max_age=" in source else ()),
         *(f"served/{name}" for name in served if answers and mode != "monitor"),
     }
