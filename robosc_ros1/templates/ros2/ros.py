@@ -12,8 +12,8 @@ from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
 from std_msgs.msg import String
 
-from ._runtime.core.pauses import others_rest
 from ._runtime.core.port import BEFORE_TIME, steady_time
+from ._runtime.core.resting import others_rest
 from .ros_inputs import Input, light_input
 from .ros_messages import compose
 from .ros_parameters import advertise, is_simulated, qos_profile

@@ -37,7 +37,7 @@ MODES = {
     "supervisor": {"judge/supervising", "core/sending"} | JUDGES,
     "monitor": {"core/ages", *(f"judge/{name}" for name in OF_MONITORS)} | JUDGES,
 }
-OF_ROS_2 = {"core/launch_arguments", "core/qos"}
+OF_ROS_2 = {"core/launch_arguments", "core/qos", "core/resting"}
 
 
 def of_model(files: Mapping[str, File], mode: str) -> set[str]:
@@ -45,7 +45,12 @@ def of_model(files: Mapping[str, File], mode: str) -> set[str]:
     source = next(file.content for path, file in files.items() if path.endswith("controller.py"))
     node = next(file.content for path, file in files.items() if path.endswith("/node.py"))
     answers = "outgoing service" in source or "outgoing action" in source
-    served = ("__init__", "served_calls", *(["relayed_calls"] if mode == "supervisor" else []))
+    served = (
+        "__init__",
+        "served_calls",
+        "waiting_call",
+        *(["relayed_calls"] if mode == "supervisor" else []),
+    )
     return {
         *({"core/functions"} if "_runtime.core.functions import" in source else ()),
         *({"core/operations"} if "_runtime.core.operations import" in source else ()),

@@ -31,7 +31,7 @@ from .port import BEFORE_TIME
 from .settings import Settings
 
 if TYPE_CHECKING:  # a package has them if its model has delayed transitions
-    from .timers import Timer, ModelTimers
+    from .timers import ModelTimers, Timer
 
 _SHORTEST = 1e-6
 """Seconds; the shortest delay that a double of the time since 1970 resolves."""
@@ -316,11 +316,11 @@ _MEMORY = 10.0
 _STEPS = 2
 """So many steps back in that time are no recording that is played again."""
 
-_NOT_BEGUN = (
+NOT_BEGUN = (
     "ROS time has not begun: use_sim_time is true, but nobody publishes /clock, so no delay ends,"
     " and silences are noticed by the clock of the machine"
 )
-_STANDS = (
+STANDS = (
     "ROS time stands still: nobody publishes /clock, or the simulation is paused; meanwhile no"
     " delay ends, and silences are noticed by the clock of the machine"
 )
@@ -350,22 +350,13 @@ class TimeMonitor:
             self.faults += self._found()
         return [fault for fault in self.faults if fault not in before]
 
-    def blinding(self) -> list[str]:
-        """Return the faults with which it is not known now what time it is in the model."""
-        stood = self._clocks.look(self._steady())
-        found = [] if self.replaced is None else [self.replaced]
-        if not self._clocks.has_begun:
-            found.append(_NOT_BEGUN)
-        elif stood > (self._clocks.delays or (STANDSTILL,))[0]:
-            found.append(_STANDS)
-        return found + self._unsteady()
-
     def _found(self) -> list[str]:
         if self._clocks.look(self._steady()) <= self._clocks.delays[0]:
-            return self._unsteady()
-        return [_STANDS if self._clocks.has_begun else _NOT_BEGUN, *self._unsteady()]
+            return self.unsteady()
+        return [STANDS if self._clocks.has_begun else NOT_BEGUN, *self.unsteady()]
 
-    def _unsteady(self) -> list[str]:
+    def unsteady(self) -> list[str]:
+        """Return the fault that time steps back again and again, if it does."""
         now = self._steady()
         if not self._steps or self._clocks.steps_back != self._steps[-1][1]:
             self._steps.append((now, self._clocks.steps_back))

@@ -9,10 +9,13 @@ anywhere outside the engine. A message is tried again on its beat; a request is 
 
 from __future__ import annotations
 
-from typing import AbstractSet, Any, Callable
+from typing import TYPE_CHECKING, AbstractSet, Any, Callable
 
-from .port import NotTaken, Port, WaitingCall
+from .port import NotTaken, Port
 from .values import Undefined, not_finite, told_error
+
+if TYPE_CHECKING:  # a package has it if its model serves calls
+    from ..served.waiting_call import WaitingCall
 
 
 def lack(error: Exception) -> str:

@@ -29,7 +29,7 @@ Deadline = Tuple[Optional[int], Optional[float]]
 running)."""
 
 
-class Clockwork(Protocol):
+class ClocksOfTimers(Protocol):
     """All clocks of a controller, see :mod:`.clocks`."""
 
     has_begun: bool
@@ -47,7 +47,7 @@ class ModelTimers:
         self,
         controller: Controller,
         seconds: Callable[[After], float],
-        clocks: Clockwork,
+        clocks: ClocksOfTimers,
         ranks: Iterator[int],
     ) -> None:
         self._state = controller.__dict__

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple, Protocol
 from ..core.calls import TIMEOUT, Failure, Missed, OpenRequest
 from ..core.engine_parts import EngineParts
 from ..core.model import SERVED
-from ..core.port import WaitingCall
 from ..core.reasons import reason_text
 from ..core.requests import Requests
 from ..judge.judge import UNCHECKED, CheckedCommand, Reasons, Repack, itself
 from .served_calls import ServedCalls
+from .waiting_call import WaitingCall
 
 
 class _Answer(NamedTuple):
