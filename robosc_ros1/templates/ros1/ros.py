@@ -97,11 +97,8 @@ class RosPort(CallingPort):
         BACKLOG.await_taken(done)
         return True
 
-    def check(self, key, kind, data):
-        if key in self._publishers:
-            compose(self._publishers[key][1](), data).serialize(io.BytesIO())
-        else:
-            super().check(key, kind, data)
+    def demand_fit(self, type_, data):
+        compose(type_(), data).serialize(io.BytesIO())
 
     def is_heard(self, key):
         return self._publishers[key][0].get_num_connections() > 0

@@ -174,11 +174,8 @@ class RosPort(CallingPort):
         self.executor_thread.do(lambda: look() or self.executor_thread.poll(look, look))
         return True
 
-    def check(self, key, kind, data):
-        if key in self._publishers:
-            compose(self._publishers[key][1](), data, self._node.get_clock())
-        else:
-            super().check(key, kind, data)
+    def demand_fit(self, type_, data):
+        compose(type_(), data, self._node.get_clock())
 
     def is_heard(self, key):
         return self._publishers[key][0].get_subscription_count() > 0

@@ -95,8 +95,14 @@ class CallingPort(Port):
     def _caller(self, key):
         return self._services.get(key) or self._actions[key]
 
+    def demand_fit(self, type_, data):
+        """Raise any exception if the data do not fit a type of messages."""
+        raise NotImplementedError
+
     def check(self, key, kind, data):
-        if key in self._served:
+        if key in self._publishers:
+            self.demand_fit(self._publishers[key][1], data)
+        elif key in self._served:
             if kind != "error":  # of that, fields that do not fit are left out
                 self._served[key].check(kind, data)
         else:
