@@ -19,7 +19,7 @@ from .ros_backlog import BACKLOG
 from .ros_calls import Seeker
 from .ros_connections import AT_ONCE, is_taken
 from .ros_goal_table import GONE, REPEAT, GoalTable
-from .ros_goals import Goal, Sent, end_of
+from .ros_goals import LOST_RESULT, Goal, Sent, end_of
 from .ros_messages import clean, compose
 from .ros_watch import ask
 
@@ -29,7 +29,6 @@ FOLLOWING = 0.2
 """Seconds for which a result waits at most for the feedback that came before it to be taken."""
 GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 QUEUE = 10
-LOST_RESULT = "it ended, but its result did not arrive"
 
 
 def new_goal_id():

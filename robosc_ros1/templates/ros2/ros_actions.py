@@ -17,17 +17,13 @@ from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
 from unique_identifier_msgs.msg import UUID
 
-from ._runtime.core.calls import FAILED, LOST, REJECTED, Failure
+from ._runtime.core.calls import LOST, REJECTED, Failure
+from ._runtime.core.goal_ends import ROS_2
 from ._runtime.core.port import NotTaken
 from .ros_goal_table import GONE, REPEAT, GoalTable
 from .ros_messages import compose, plain
 from .ros_parameters import qos_profile
 
-FAILURES = {
-    GoalStatus.STATUS_ABORTED: "aborted",
-    GoalStatus.STATUS_CANCELED: "cancelled",
-    GoalStatus.STATUS_UNKNOWN: "unknown to the server",
-}
 _STATUS = "/_action/status"
 WATCH = 0.25
 """Seconds between two checks of the server of a running goal."""
@@ -234,15 +230,7 @@ class Action(GoalTable):
                 self._finish(goal, "cancelled", "its server does not know it")
 
     def _ended(self, goal, answer):
-        if answer.status == GoalStatus.STATUS_SUCCEEDED:
-            self._finish(goal, "response", plain(answer.result))
-        else:
-            reason = FAILURES.get(answer.status, "ended without result")
-            begun = answer.status in (GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
-            kind = "cancelled" if answer.status == GoalStatus.STATUS_CANCELED else "error"
-            word = LOST if answer.status == GoalStatus.STATUS_UNKNOWN else FAILED
-            result = plain(answer.result) if begun else None
-            self._finish(goal, kind, Failure(reason, result, word))
+        self._finish(goal, *ROS_2.of(answer.status, plain(answer.result)))
 
     def _finish(self, goal, kind, payload):
         if self._goals.pop(goal.token, None) is not None and not goal.abandoned:

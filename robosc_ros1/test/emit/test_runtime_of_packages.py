@@ -44,6 +44,7 @@ def of_model(files: Mapping[str, File], mode: str) -> set[str]:
     """The modules that the tables of a controller ask for."""
     source = next(file.content for path, file in files.items() if path.endswith("controller.py"))
     node = next(file.content for path, file in files.items() if path.endswith("/node.py"))
+    names = {Path(path).stem for path in files}
     answers = "outgoing service" in source or "outgoing action" in source
     served = (
         "__init__",
@@ -57,6 +58,7 @@ def of_model(files: Mapping[str, File], mode: str) -> set[str]:
         *({"core/heavy"} if mode != "supervisor" and "heavy=heavy_input" in node else ()),
         *({"core/shapes"} if "shape=" in source else ()),
         *({"core/internal_transitions"} if "        Tau(" in source else ()),
+        *({"core/goal_ends"} if mode == "monitor" or "ros_actions" in names else ()),
         *({"core/timers"} if "        After(" in source else ()),
         *({"core/ages"} if "max_age=" in source else ()),
         *(f"served/{name}" for name in served if answers and mode != "monitor"),
