@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 from emit.golden_packages import PACKAGES, package_of
+from ros_support import EXAMPLES
 
+from robosc import pipeline
+from robosc.emit.package import ros1_target
 from robosc.emit.package.package import File
 
 GROUP = "golden"
@@ -72,6 +75,18 @@ def test_modules_of_the_runtime(model: str, target: str, mode: str) -> None:
     modules = {name.removesuffix(".py") for _, folder, name in paths if folder}
     ros = OF_ROS_2 if target == "ros2" else set()
     assert modules == ALL | MODES[mode] | ros | of_model(files, mode)
+
+
+def test_a_node_of_a_small_model_is_small() -> None:
+    """A sensor with a timeout and a service: nothing that only other models or modes use."""
+    model = EXAMPLES / "door" / "door.rscd"
+    supervisor = pipeline.synthesize(pipeline.load(model, pipeline.Options()).robot)
+    files = ros1_target.emit(supervisor, "door_controller").files
+    own = [f.content for path, f in files.items() if path.endswith(".py") and "test/" not in path]
+    assert sum(text.count("\n") for text in own) <= 7000
+    names = {Path(path).stem for path in files}
+    assert names.isdisjoint({"fields", "heavy", "operations", "persistence", "shapes", "timers"})
+    assert names.isdisjoint({"goal_ends", "ros_actions", "ros_goal_table", "ros_heavy"})
 
 
 ENGINES = {
