@@ -21,8 +21,10 @@ from robosc.model.typing.compatibility import describe
 from robosc.plant import automaton, event_values
 from robosc.plant.automaton import Event, EventParameter, Plant, StateVariable, VariableKind
 from robosc.runtime.core import places, recorder, shortening
-from robosc.runtime.core.model import After, Command, Controller, Input, Tau
+from robosc.runtime.core.internal_transitions import Tau
+from robosc.runtime.core.model import Command, Controller, Input
 from robosc.runtime.core.reasons import blocked_by, reason_text
+from robosc.runtime.core.timers import After
 from robosc.runtime.core.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.faults import InvalidLine

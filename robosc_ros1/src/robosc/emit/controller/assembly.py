@@ -64,13 +64,14 @@ def _helpers(module: str) -> set[str]:
 
 _OF_RUNTIME = {
     "core.functions": _helpers("functions"),
+    "core.internal_transitions": {"Tau"},
     "core.model": {
-        "After", "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
-        "Tau",
+        "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
     },
     "core.operations": {
         "copied", "given", "in_range", "now", "optional", *_helpers("operations"),
     },
+    "core.timers": {"After"},
     "core.values": {"BrokenAssumption", "Mismatch", "only_field", "record", *_helpers("values")},
 }  # fmt: skip
 """What a controller may import, by module of the runtime."""

@@ -217,10 +217,6 @@ def _parts(controller: template_data.ControllerContext, robot: Robot, mode: Mode
         yield "core/shapes"
     if controller.persistent:
         yield "core/persistence"
-    if controller.afters:
-        yield "core/timers"
-    if controller.taus:
-        yield "core/internal_transitions"
     if mode != "monitor" and any(c.sort.served for c in communications):
         yield "served/served_calls"
         if mode == "supervisor":

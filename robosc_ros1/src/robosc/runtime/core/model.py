@@ -135,38 +135,6 @@ class Command(NamedTuple):
         return not self.during
 
 
-class Tau(NamedTuple):
-    """An internal transition. ``step`` takes it and returns ``"from->to"``; None if it is not
-    enabled."""
-
-    component: str
-    number: int
-    step: Callable[[Any], str | None]
-    reads: tuple[str, ...]
-    writes: tuple[str, ...]
-
-
-class After(NamedTuple):
-    """A transition that is taken after its component has been in ``state`` for ``delay``.
-
-    ``delay`` is in seconds, or the name of a parameter. ``location`` is the attribute with the
-    component's state, which is ``state`` or one in it. ``entries`` is the attribute that counts the
-    entries into states, or into this state and out of it: each entry restarts the time.
-    ``step`` takes the transition and returns ``"from->to"``, or None if its guard does
-    not hold; it is taken once per entry, as soon as the delay is over and the guard holds.
-    """
-
-    component: str
-    number: int
-    state: str
-    delay: float | str
-    location: str
-    entries: str
-    step: Callable[[Any], str | None]
-    reads: tuple[str, ...]
-    writes: tuple[str, ...]
-
-
 class Requirement(NamedTuple):
     """A requirement: its text, its place in the model, and the method that tells whether it is
     met.
@@ -192,8 +160,10 @@ class Controller:
     COMMUNICATIONS: tuple[Communication, ...]
     INPUTS: tuple[Input, ...]
     COMMANDS: tuple[Command, ...]
-    TAUS: tuple[Tau, ...]
-    AFTERS: tuple[After, ...] = ()
+    TAUS: tuple[Any, ...]
+    AFTERS: tuple[Any, ...] = ()
+    """The rows of internal transitions and of delayed ones, see :mod:`.internal_transitions` and
+    :mod:`.timers`, which a package has if its model has such transitions."""
     REQUIREMENTS: tuple[Requirement, ...]
     REFUSALS: Mapping[str, Callable[[Any], dict[str, Any] | None]] = {}
     """By key of a call that is served, what gives the fields of an answer that it failed."""

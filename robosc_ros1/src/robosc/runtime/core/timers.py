@@ -4,10 +4,31 @@
 from __future__ import annotations
 
 from types import MethodType
-from typing import Callable, Iterator, Mapping, Optional, Protocol, Sequence, Tuple
+from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Protocol, Sequence, Tuple
 
-from .model import After, Controller
+from .model import Controller
 from .places import stands_in
+
+
+class After(NamedTuple):
+    """A transition that is taken after its component has been in ``state`` for ``delay``.
+
+    ``delay`` is in seconds, or the name of a parameter. ``location`` is the attribute with the
+    component's state, which is ``state`` or one in it. ``entries`` is the attribute that counts the
+    entries into states, or into this state and out of it: each entry restarts the time.
+    ``step`` takes the transition and returns ``"from->to"``, or None if its guard does
+    not hold; it is taken once per entry, as soon as the delay is over and the guard holds.
+    """
+
+    component: str
+    number: int
+    state: str
+    delay: float | str
+    location: str
+    entries: str
+    step: Callable[[Any], str | None]
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
 
 
 class Timer:
