@@ -150,7 +150,7 @@ _RESERVED = """
     REQUIREMENTS PARAMETERS STAGES STEP_BOUND assigned components configure copied copy
     count_undefined given holds in_range kept message now only_field optional parameters reason
     self undefined value variables LASTING follow lasting PERSISTENT
-    persistent_file forget kept_values start
+    persistent_file forget
 """
 
 

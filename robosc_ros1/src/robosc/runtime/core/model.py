@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence
 
-from .values import Undefined, as_read, is_one_of
+from .values import Undefined, as_read
 
 SERVED = ("outgoing service", "outgoing action")
 """The sorts of the services and actions that the robot calls and the controller serves."""
@@ -199,22 +199,6 @@ class Controller:
         """Set the values of the model's parameters, by name, before the first event."""
         for parameter in self.PARAMETERS:
             setattr(self, parameter.attribute, as_read(values[parameter.name]))
-
-    def kept_values(self) -> dict[str, Any]:
-        """Return the values of the persistent variables, by name."""
-        return {name: getattr(self, row[0]) for name, row in self.PERSISTENT.items()}
-
-    def start(self, values: Mapping[str, Any]) -> list[str]:
-        """Set persistent variables, by name, before the first event; return the names of those for
-        which there is no value of their type."""
-        lacking = []
-        for name, (attribute, allowed) in self.PERSISTENT.items():
-            value = values.get(name)
-            if is_one_of(value, allowed):
-                setattr(self, attribute, value)
-            else:
-                lacking.append(name)
-        return lacking
 
     def parameters(self) -> dict[str, Any]:
         """Return the values of the model's parameters, by name."""

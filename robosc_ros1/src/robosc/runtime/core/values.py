@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 import math
 from types import SimpleNamespace
-from typing import Any, Callable, Iterable, Sequence
+from typing import Any, Callable, Iterable
 
 Value = Any
 """A value of the language: bool, int, float or str; for an event's value a dict of them by path;
@@ -41,11 +41,6 @@ def told_error(error: Exception) -> str:
 
 class Undefined(IndexError):
     """An expression reads a missing array element, or data that have not been received."""
-
-
-def is_one_of(value: Any, allowed: Sequence[Value]) -> bool:
-    """Return whether a value is one of those of a type; True is not 1."""
-    return type(value) is type(allowed[0]) and value in allowed
 
 
 def widen(number: Value) -> float:
