@@ -4,42 +4,30 @@
 An action is heard by all of its topics. Services cannot be heard in ROS 1.
 """
 
-import io
 import threading
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 from std_msgs.msg import String
 
-from ._runtime.judge.judge import JudgingPort
 from ._runtime.judge.matching import command_patterns
 from ._runtime.judge.observation import SeenAction
+from .monitor_sides import MonitorSides
 from .ros import RosPort
 from .ros_arriving import corrected, maker
 from .ros_backlog import BACKLOG
-from .ros_messages import compose
 
 
-class MonitorPort(RosPort, JudgingPort):
+class MonitorPort(MonitorSides, RosPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
 
     def __init__(self, tables, lifecycle):
         super().__init__(tables, lifecycle)
         self._findings = rospy.Publisher("~findings", String, queue_size=1000)
-        self._types = {key: type_ for _, type_, rows in tables.commands for key, _, _ in rows}
-        goals = ((key, type_().action_goal.goal) for _, type_, key in tables.actions)
-        self._types.update((key, type(goal)) for key, goal in goals)
 
-    def _actions_of(self):
-        return {}  # those of the tables are only heard
-
-    def check(self, key, kind, data):
-        """Check what a shadow would send, as far as it hears of what type that is."""
-        if key in self._types:
-            compose(self._types[key](), data).serialize(io.BytesIO())
-
-    def is_heard(self, key):
-        return True  # by whoever hears those who really send
+    @staticmethod
+    def _goal_type(type_):
+        return type(type_().action_goal.goal)
 
     def corrected(self, message, data):
         return corrected(message, data)
@@ -52,18 +40,14 @@ class MonitorPort(RosPort, JudgingPort):
         if judge.gathering:
             BACKLOG.gathering = judge.tolerance / 10
         BACKLOG.late = judge.lateness.note
-        judge.leave_out(self._tables.unseen, self._tables.by_data)
-        judge.order_matters(self._tables.orders)
         super()._connect_inputs(engine)
-        for topic, type_, rows in self._tables.commands:
-            self._hear_commands(engine, topic, type_, command_patterns(rows, maker(type_)))
-        for name, type_, key in self._tables.actions:
-            self._hear_action(engine, rospy.resolve_name(name), type_(), key)
 
-    def _hear_commands(self, engine, topic, type_, patterns):
+    def _hear_commands(self, engine, topic, type_, rows):
+        patterns = command_patterns(rows, maker(type_))
         self._listen(topic, type_, lambda message: engine.role.offer(topic, patterns, message))
 
-    def _hear_action(self, engine, name, parts, key):
+    def _hear_action(self, engine, name, type_, key):
+        name, parts = rospy.resolve_name(name), type_()
         types = {
             "/goal": type(parts.action_goal),
             "/cancel": GoalID,

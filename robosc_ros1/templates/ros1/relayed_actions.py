@@ -12,8 +12,8 @@ from contextlib import suppress
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from .ros_actions import LOST_RESULT, GoalCaller
-from .ros_goals import Goal, end_of
+from .ros_actions import GoalCaller
+from .ros_goals import LOST_RESULT, Goal, end_of
 from .ros_raw import passed_on, raw_subscriber, read
 
 NOT_SENT = "cancelled before it was sent"

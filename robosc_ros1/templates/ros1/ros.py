@@ -21,7 +21,6 @@ from .ros_backlog import BACKLOG
 from .ros_connections import AT_ONCE, is_taken
 from .ros_messages import clean, compose
 from .ros_port import CallingPort, TopicOutlet
-from .ros_subscriber import subscriber
 
 _LOGGERS = {
     "debug": rospy.logdebug,
@@ -58,8 +57,9 @@ class RosPort(CallingPort):
             self._subscribers.append(rospy.Subscriber("/clock", Clock, lambda _: engine.wake()))
 
     def _connect_inputs(self, engine):
+        hear = self._tables.makes.get("heavy", _light_input)
         for topic, message_type, keys in self._tables.subscriptions:
-            self._hear(keys, subscriber(topic, message_type, keys, engine))
+            self._hear(keys, hear(topic, message_type, keys, engine))
 
     def _hear(self, keys, subscriber):
         self._subscribers.append(subscriber)
@@ -97,11 +97,8 @@ class RosPort(CallingPort):
         BACKLOG.await_taken(done)
         return True
 
-    def check(self, key, kind, data):
-        if key in self._publishers:
-            compose(self._publishers[key][1](), data).serialize(io.BytesIO())
-        else:
-            super().check(key, kind, data)
+    def demand_fit(self, type_, data):
+        compose(type_(), data).serialize(io.BytesIO())
 
     def is_heard(self, key):
         return self._publishers[key][0].get_num_connections() > 0
@@ -146,6 +143,10 @@ class RosPort(CallingPort):
     def exit(self, code):
         # By another thread, because the shutdown waits for this one.
         self._lifecycle.ask_to_end(code)
+
+
+def _light_input(topic, message_type, keys, engine):
+    return rospy.Subscriber(topic, message_type, engine.poster(keys), tcp_nodelay=True)
 
 
 class RosOutlet(TopicOutlet):

@@ -10,7 +10,6 @@ import io
 import threading
 import time
 import uuid
-from collections import deque
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
@@ -19,24 +18,17 @@ from ._runtime.core.port import NotTaken
 from .ros_backlog import BACKLOG
 from .ros_calls import Seeker
 from .ros_connections import AT_ONCE, is_taken
-from .ros_goals import Goal, Sent, end_of
+from .ros_goal_table import GONE, REPEAT, GoalTable
+from .ros_goals import LOST_RESULT, Goal, Sent, end_of
 from .ros_messages import clean, compose
-from .ros_port import Caller
 from .ros_watch import ask
 
 SETTLED = 2.0
 """Seconds after which a connection is used even if the other end does not list it."""
-REPEAT = 1.0
-"""Seconds after which a goal that goes on is cancelled again, and is shown as a fault."""
 FOLLOWING = 0.2
 """Seconds for which a result waits at most for the feedback that came before it to be taken."""
-GONE = 5.0
-"""Seconds without a server after which a cancelled goal counts as ended."""
 GOING_ON = (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 QUEUE = 10
-OWN_IDS = 1000
-"""The most ids of own goals that are known."""
-LOST_RESULT = "it ended, but its result did not arrive"
 
 
 class Ends:
@@ -93,18 +85,11 @@ class Ends:
         return all([*own, topic] in [[*r[1:3], r[4]] for r in told[uri]] for uri, topic in wanted)
 
 
-class GoalCaller(Caller):
-    """Goals of one action, at most one of them current. A goal may replace one that goes on, whose
-    end is still reported.
-
-    A cancelled goal moves the robot until its server has ended it: it is cancelled again, its end
-    is reported, and no other goal is sent until then. Nor is one sent while the server carries out
-    the goal of somebody else.
-    """
+class GoalCaller(GoalTable):
+    """Goals of one action, by id, at most one of them current."""
 
     def __init__(self, name, type_):
-        self.report = None
-        self.label = rospy.resolve_name(name)
+        super().__init__(rospy.resolve_name(name))
         parts = type_()
         self._goal_type = type(parts.action_goal)
         self._result_type = type(parts.action_result)
@@ -115,7 +100,6 @@ class GoalCaller(Caller):
         self._ends.add(self._send_goal)
         self._ends.add(self._send_cancel)
         self._latest = Goal(GoalID())  # the one that came last, which has the token
-        self._goals = {}  # by id: those that were sent and are not over
         self._sent = Sent(self._ends)
         self._lock = threading.Lock()
         self._token = None
@@ -123,7 +107,6 @@ class GoalCaller(Caller):
         self._dropped = 0.0  # when a goal was cancelled
         self._asked = 0.0  # when unended goals were cancelled last
         self._heard = self._there = time.monotonic()
-        self._own = deque(maxlen=OWN_IDS)  # ids of the goals that were sent
         self._foreign = []  # ids of others' goals that go on
         self._has_told = False  # whether a server has told of its goals
         self._seeker = Seeker(self._seek, 0.01)
@@ -144,12 +127,10 @@ class GoalCaller(Caller):
     def is_served(self):
         return self._ends.are_connected()
 
-    def faults(self):
-        found, since = super().faults(), time.monotonic() - self._dropped
-        if since >= REPEAT and self.goes_on():
-            text = "%s: a goal goes on that was cancelled %.0f s ago; the server has not ended it"
-            found.append(text % (self.label, since))
-        return found
+    def late(self):
+        since = time.monotonic() - self._dropped
+        if since >= REPEAT and self.has_unended():
+            yield since, False
 
     def ready(self):
         """Return whether a goal can be sent: the server is connected, and has ended those that were
@@ -158,9 +139,7 @@ class GoalCaller(Caller):
             self._seeker.found = self.look
             self._seeker.ask()
             return False
-        return self._has_told and not (
-            self.foreign() or any(a.goes_on() for a in (self, *self.siblings))
-        )
+        return self._has_told and self.is_free()
 
     def _seek(self):
         self._ends.look()
@@ -169,8 +148,8 @@ class GoalCaller(Caller):
     def foreign(self):
         return [] if self._ends.is_deserted() else self._foreign
 
-    def goes_on(self):
-        """Return whether a cancelled goal has not ended. It has if its server is gone."""
+    def has_unended(self):
+        # A goal has ended if its server is gone.
         return not self.is_gone() and bool(self._unended())
 
     def is_gone(self):
@@ -260,8 +239,8 @@ class GoalCaller(Caller):
                     self._report(goal, "accepted")
                 if over is not None:
                     self._end(goal, over)
-        own = {known for action in (self, *self.siblings) for known in list(action._own)}
-        self._foreign = [k for k, s in words.items() if s in GOING_ON and k not in own]
+        going_on = [known for known, word in words.items() if word in GOING_ON]
+        self._foreign = self.sent_by_others(going_on)
         self._has_told = True
         self._ends.look()  # so that later goals need not wait
         if now - self._asked >= REPEAT:

@@ -7,7 +7,7 @@ import io
 from genpy.message import SerializationError
 from roslib.message import get_message_class as message_class
 
-from ._runtime.core.values import copied_for
+from ._runtime.judge.fields import copied_for
 from .ros_messages import fill
 
 

@@ -6,26 +6,17 @@ import time
 import rospy
 from actionlib_msgs.msg import GoalStatus
 
-from ._runtime.core.calls import FAILED, LOST, REJECTED, Failure
+from ._runtime.core.goal_ends import ROS_1
 
 RESULT_TIMEOUT = 2.0
 """Seconds after the status shows the end of a goal, after which its result counts as lost."""
 ON_ITS_WAY = 60.0
 """Seconds for which a goal may be on its way to a server that has forgotten its cancel, which
 actionlib does after five."""
+LOST_RESULT = "it ended, but its result did not arrive"
 WORKING = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
 WAITING = (GoalStatus.PENDING, GoalStatus.RECALLING)
 """The statuses of a goal that its server has not begun."""
-
-FAILURES = {
-    GoalStatus.RECALLED: "recalled",
-    GoalStatus.REJECTED: "rejected",
-    GoalStatus.PREEMPTED: "preempted",
-    GoalStatus.ABORTED: "aborted",
-    GoalStatus.LOST: "lost by the server",
-}
-WORDS = {GoalStatus.REJECTED: REJECTED, GoalStatus.LOST: LOST}
-"""What models call the reasons of these ends; that of all others is "failed"."""
 
 
 def end_of(status, result, text="", cancelled=False, begun=True):
@@ -35,16 +26,10 @@ def end_of(status, result, text="", cancelled=False, begun=True):
     was cancelled before it began has ended by that, even if its server says that it was rejected,
     or forgets it.
     """
-    if status == GoalStatus.SUCCEEDED and result is not None:
-        return "response", result
-    reason = FAILURES.get(status, "ended without result")
-    reason = "%s: %s" % (reason, text) if text else reason
-    known = status in (GoalStatus.ABORTED, GoalStatus.PREEMPTED)  # else it was never started
-    ended = [GoalStatus.RECALLED, GoalStatus.PREEMPTED]
-    if cancelled:
-        ended += [GoalStatus.REJECTED] if begun else [GoalStatus.REJECTED, GoalStatus.LOST]
-    kind = "cancelled" if status in ended else "error"
-    return kind, Failure(reason, result if known else None, WORDS.get(status, FAILED))
+    if status == GoalStatus.SUCCEEDED and result is None:
+        return "error", LOST_RESULT
+    rejected = [GoalStatus.REJECTED] if begun else [GoalStatus.REJECTED, GoalStatus.LOST]
+    return ROS_1.of(status, result, text, rejected if cancelled else ())
 
 
 class Goal:

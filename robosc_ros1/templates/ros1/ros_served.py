@@ -10,7 +10,7 @@ import threading
 
 import rospy
 
-from ._runtime.core.port import WaitingCall
+from ._runtime.served.waiting_call import WaitingCall
 from .ros_messages import compose
 
 PERIOD = 0.5

@@ -18,8 +18,8 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 
-from ._runtime.core.port import WaitingCall
 from ._runtime.core.values import told_error
+from ._runtime.served.waiting_call import WaitingCall
 from .ros_messages import compose
 
 CANCELLED = (GoalStatus.PREEMPTING, GoalStatus.RECALLING)

@@ -8,36 +8,27 @@ their data nor their results. Services cannot be heard.
 from action_msgs.msg import GoalStatusArray
 from std_msgs.msg import String
 
-from ._runtime.judge.judge import JudgingPort
 from ._runtime.judge.matching import command_patterns
 from ._runtime.judge.observation import SeenActionOfRos2
+from .monitor_sides import MonitorSides
 from .ros import RosPort
 from .ros_arriving import corrected, maker
-from .ros_messages import compose, has_oddities, plain
+from .ros_messages import has_oddities, plain
 from .ros_parameters import advertise, qos_profile
 
 STATUS, FEEDBACK = "/_action/status", "/_action/feedback"
 
 
-class MonitorPort(RosPort, JudgingPort):
+class MonitorPort(MonitorSides, RosPort):
     """The topics of a monitor, as in the tables of ``node.py``."""
 
     def __init__(self, node, executor_thread, tables, profiles):
         super().__init__(node, executor_thread, tables, profiles)
         self._findings = advertise(node, String, "~/findings", qos_profile("reliable", 1000))
-        self._types = {key: type_ for _, type_, rows in tables.commands for key, _, _ in rows}
-        self._types.update((key, type_.Goal) for _, type_, key in tables.actions)
 
-    def _actions_of(self):
-        return {}  # those of the tables are only heard
-
-    def check(self, key, kind, data):
-        """Check what a shadow would send, as far as it hears of what type that is."""
-        if key in self._types:
-            compose(self._types[key](), data, self._node.get_clock())
-
-    def is_heard(self, key):
-        return True  # by whoever hears those who really send
+    @staticmethod
+    def _goal_type(type_):
+        return type_.Goal
 
     def corrected(self, message, data):
         return corrected(message, data, self._node.get_clock())
@@ -46,16 +37,9 @@ class MonitorPort(RosPort, JudgingPort):
         self._findings.publish(String(data=text))
 
     def _connect_inputs(self, engine):
-        judge = engine.role
-        judge.leave_out(self._tables.unseen, self._tables.by_data)
-        judge.order_matters(self._tables.orders)
         super()._connect_inputs(engine)
-        for topic, type_, rows in self._tables.commands:
-            self._hear_commands(engine, topic, type_, rows)
-        for name, type_, key in self._tables.actions:
-            self._hear_action(engine, self._node.resolve_service_name(name), type_, key)
         for entry in self._inputs:
-            entry.late = judge.lateness.note
+            entry.late = engine.role.lateness.note
 
     def _hear_commands(self, engine, topic, type_, rows):
         patterns = command_patterns(rows, maker(type_))
@@ -67,6 +51,7 @@ class MonitorPort(RosPort, JudgingPort):
         self.listen(type_, topic, heard, self._profiles[rows[0][0]], engine.lose)
 
     def _hear_action(self, engine, name, type_, key):
+        name = self._node.resolve_service_name(name)
         # Servers send the status of goals again to those that come later.
         seen = SeenActionOfRos2(engine.role, key)
         latched = qos_profile("reliable", 100, "transient_local")

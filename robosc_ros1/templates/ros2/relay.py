@@ -20,8 +20,8 @@ from ._runtime.judge.judge import JudgingPort
 from ._runtime.judge.matching import command_patterns
 from .relay_sides import RelaySides
 from .ros import RosPort
-from .ros_arriving import corrected, maker, read, unread
-from .ros_messages import plain, sendable
+from .ros_arriving import corrected, maker, unread
+from .ros_messages import plain, read, sendable
 from .ros_parameters import advertise, keep_clock, qos_profile, service_profile
 
 

@@ -12,11 +12,10 @@ from rclpy.clock import Clock, ClockChange, ClockType, JumpThreshold
 from rclpy.duration import Duration
 from std_msgs.msg import String
 
-from ._runtime.core.pauses import others_rest
 from ._runtime.core.port import BEFORE_TIME, steady_time
-from .ros_arriving import read
-from .ros_inputs import Input
-from .ros_messages import compose, has_oddities, may_be_heavy, plain
+from ._runtime.core.resting import others_rest
+from .ros_inputs import Input, light_input
+from .ros_messages import compose
 from .ros_parameters import advertise, is_simulated, qos_profile
 from .ros_port import CallingPort, TopicOutlet
 
@@ -86,14 +85,10 @@ class RosPort(CallingPort):
         )
 
     def _connect_inputs(self, engine):
+        heard = self._tables.makes.get("heavy", light_input)
         for topic, message_type, keys in self._tables.subscriptions:
-            profile, raw = self._profiles[keys[0]], may_be_heavy(message_type)
-            if raw:
-                post = _by_weight(engine.heavy(keys, partial(read, message_type=message_type)))
-            elif has_oddities(message_type):
-                post = _plainly(engine.poster(keys))
-            else:
-                post = engine.poster(keys)
+            post, raw = heard(message_type, keys, engine)
+            profile = self._profiles[keys[0]]
             entry = self.listen(message_type, topic, post, profile, engine.lose, raw=raw)
             self._heard.update(dict.fromkeys(keys, entry))
 
@@ -179,11 +174,8 @@ class RosPort(CallingPort):
         self.executor_thread.do(lambda: look() or self.executor_thread.poll(look, look))
         return True
 
-    def check(self, key, kind, data):
-        if key in self._publishers:
-            compose(self._publishers[key][1](), data, self._node.get_clock())
-        else:
-            super().check(key, kind, data)
+    def demand_fit(self, type_, data):
+        compose(type_(), data, self._node.get_clock())
 
     def is_heard(self, key):
         return self._publishers[key][0].get_subscription_count() > 0
@@ -199,18 +191,6 @@ class RosPort(CallingPort):
         self.exit_code = code
         if self.on_exit is not None:
             self.on_exit()
-
-
-def _by_weight(heavy):
-    def take(data):
-        is_light = heavy.is_light(len(data))
-        heavy.take(heavy.convert(data) if is_light else data, len(data), not is_light)
-
-    return take
-
-
-def _plainly(post):
-    return lambda message: post(plain(message))
 
 
 class RosOutlet(TopicOutlet):

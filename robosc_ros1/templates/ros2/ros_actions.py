@@ -17,24 +17,18 @@ from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
 from unique_identifier_msgs.msg import UUID
 
-from ._runtime.core.calls import FAILED, LOST, REJECTED, Failure
+from ._runtime.core.calls import LOST, REJECTED, Failure
+from ._runtime.core.goal_ends import ROS_2
 from ._runtime.core.port import NotTaken
+from .ros_goal_table import GONE, REPEAT, GoalTable
 from .ros_messages import compose, plain
 from .ros_parameters import qos_profile
-from .ros_port import Caller
 
-FAILURES = {
-    GoalStatus.STATUS_ABORTED: "aborted",
-    GoalStatus.STATUS_CANCELED: "cancelled",
-    GoalStatus.STATUS_UNKNOWN: "unknown to the server",
-}
 _STATUS = "/_action/status"
 WATCH = 0.25
 """Seconds between two checks of the server of a running goal."""
 FEEDBACK = 100
 """Length of the queue of feedback."""
-REPEAT = 1.0
-"""Seconds after which a goal that goes on is cancelled again, and is shown as a fault."""
 KEPT_CANCELS = 8
 """The most cancels of a goal whose answers are awaited."""
 INQUIRIES = 20
@@ -46,8 +40,6 @@ not answered, the goal counts as rejected: that answer was lost."""
 LONGEST = 60.0
 """The most seconds between two times that the result of a goal is asked for. The answer may be
 lost: a server keeps ten for a client that does not take them at once."""
-GONE = 5.0
-"""Seconds without the server after which a cancelled goal counts as ended."""
 SETTLED = 0.5
 """Seconds after which a server that was found, and has told of no goals, is taken to have none:
 what it told before comes soon after it was found, but later."""
@@ -59,8 +51,6 @@ GOING_ON = (
     GoalStatus.STATUS_EXECUTING,
     GoalStatus.STATUS_CANCELING,
 )
-OWN_IDS = 1000
-"""The most ids of own goals that are known."""
 
 
 class _Client(ActionClient):
@@ -91,16 +81,17 @@ class _Client(ActionClient):
         await super().execute(taken_data)
 
 
-class Action(Caller):
-    """Goals of one action, at most one of them current, which may replace others that go on."""
+class Action(GoalTable):
+    """Goals of one action, by token, at most one of them current."""
 
     def __init__(self, node, executor_thread, name, type_):
-        self.report = None
+        # rcl remaps only the names of an action's topics and services, as the node's rules do.
+        name = node.resolve_service_name(name)
+        self._status = name + _STATUS
+        super().__init__(node.resolve_topic_name(self._status).rpartition(_STATUS)[0] or name)
         self._node = node
         self._executor_thread = executor_thread
         self._type = type_
-        # rcl remaps only the names of an action's topics and services, as the node's rules do.
-        name = node.resolve_service_name(name)
         self.client = _Client(
             node,
             type_,
@@ -108,10 +99,6 @@ class Action(Caller):
             feedback_sub_qos_profile=qos_profile("reliable", FEEDBACK),
             heard=self._on_status,
         )
-        self._status = name + _STATUS
-        self.label = node.resolve_topic_name(self._status).rpartition(_STATUS)[0] or name
-        self._goals = {}  # by token
-        self._own = deque(maxlen=OWN_IDS)  # ids of the goals that were sent
         self._foreign = (frozenset(), frozenset())  # ids of others' goals, and of their servers
         self._heard = time.monotonic()
         self._found = (frozenset(), 0.0)  # the servers, and when the latest of them was found
@@ -120,8 +107,7 @@ class Action(Caller):
     def ready(self):
         """Return whether the server takes a goal, and has ended those that were cancelled and those
         of others. One that was not cancelled is replaced."""
-        unended = any(action.has_unended() for action in (self, *self.siblings))
-        return not unended and self.is_served() and self._is_known() and not self.foreign()
+        return self.is_served() and self._is_known() and self.is_free()
 
     def _look(self):
         """Take notice of the servers; return when the latest of them was found."""
@@ -158,15 +144,13 @@ class Action(Caller):
 
     def faults(self):
         self._look()  # so that later goals need not wait
-        found = super().faults()
+        return super().faults()
+
+    def late(self):
         for goal in list(self._goals.values()):
-            if goal.dropped is not None:
-                since = time.monotonic() - goal.dropped
-                if goal.refused or since > REPEAT:
-                    what = "refuses to cancel the goal" if goal.refused else "has not ended it"
-                    text = "%s: a goal goes on that was cancelled %.0f s ago; the server %s"
-                    return [*found, text % (self.label, since, what)]
-        return found
+            since = 0.0 if goal.dropped is None else time.monotonic() - goal.dropped
+            if since > REPEAT or goal.refused:
+                yield since, goal.refused
 
     def _begin(self, goal):
         if not self.ready():
@@ -189,8 +173,7 @@ class Action(Caller):
 
     def _on_status(self, statuses):
         going_on = {bytes(s.goal_info.goal_id.uuid) for s in statuses if s.status in GOING_ON}
-        own = {known for action in (self, *self.siblings) for known in list(action._own)}
-        foreign = frozenset(going_on - own)
+        foreign = frozenset(self.sent_by_others(going_on))
         self._foreign = (foreign, frozenset(self._servers()) if foreign else frozenset())
         self._look()  # else it would be found later, as if it had told nothing yet
         self._told = time.monotonic()
@@ -202,8 +185,7 @@ class Action(Caller):
         return [known.hex() for known in ids]
 
     def has_unended(self):
-        """Whether the server may be carrying out a goal that was cancelled: also one that it has
-        not answered, and may accept yet."""
+        # Also one that its server has not answered, and may accept yet.
         return any(goal.dropped is not None for goal in list(self._goals.values()))
 
     def _feedback(self, goal, message):
@@ -248,15 +230,7 @@ class Action(Caller):
                 self._finish(goal, "cancelled", "its server does not know it")
 
     def _ended(self, goal, answer):
-        if answer.status == GoalStatus.STATUS_SUCCEEDED:
-            self._finish(goal, "response", plain(answer.result))
-        else:
-            reason = FAILURES.get(answer.status, "ended without result")
-            begun = answer.status in (GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED)
-            kind = "cancelled" if answer.status == GoalStatus.STATUS_CANCELED else "error"
-            word = LOST if answer.status == GoalStatus.STATUS_UNKNOWN else FAILED
-            result = plain(answer.result) if begun else None
-            self._finish(goal, kind, Failure(reason, result, word))
+        self._finish(goal, *ROS_2.of(answer.status, plain(answer.result)))
 
     def _finish(self, goal, kind, payload):
         if self._goals.pop(goal.token, None) is not None and not goal.abandoned:

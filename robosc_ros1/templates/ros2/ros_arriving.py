@@ -3,15 +3,10 @@
 
 import copy
 
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 
-from ._runtime.core.values import copied_for
-from .ros_messages import fill, has_oddities, plain, sendable, timed
-
-
-def read(data, message_type):
-    """Return the message of these bytes, with plain values."""
-    return plain(deserialize_message(data, message_type))
+from ._runtime.judge.fields import copied_for
+from .ros_messages import fill, has_oddities, read, sendable, timed
 
 
 def maker(message_type):

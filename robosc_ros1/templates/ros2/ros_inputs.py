@@ -12,6 +12,7 @@ from collections import deque
 
 from rclpy.qos import DurabilityPolicy
 
+from .ros_messages import has_oddities, plain
 from .ros_parameters import durable
 from .ros_watch import fits
 
@@ -24,6 +25,12 @@ BATCH = 50
 """The most messages of one topic that are taken before those of others."""
 _REMEMBERED = 1000
 """The messages by which a latched one is known that was heard already."""
+
+
+def light_input(message_type, keys, engine):
+    """Return what takes the messages of a topic of an engine, and whether it takes bytes."""
+    post = engine.poster(keys)
+    return (lambda message: post(plain(message))) if has_oddities(message_type) else post, False
 
 
 class Input:

@@ -13,10 +13,9 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from ._runtime.core.launch_arguments import described, launch_arguments
+from ._runtime.core.launch_arguments import described, launch_arguments, parts_by_name
 from ._runtime.core.qos import qos_parameters
 from ._runtime.core.settings import Parameter, declared, dotted
-from ._runtime.core.shapes import parts_by_name
 
 _SIM_TIME = Parameter(
     "use_sim_time", "boolean", False, "follow /clock instead of the machine's clock"

@@ -8,6 +8,8 @@ import re
 import struct
 import sys
 
+from rclpy.serialization import deserialize_message
+
 from ._runtime.core.values import NOW, fields_of, only_field
 from .ros_headers import Headers
 
@@ -174,18 +176,6 @@ def _oddities(message_type):
     return tuple(found)
 
 
-@functools.lru_cache(maxsize=None)
-def may_be_heavy(message_type):
-    """Whether messages of a type may have any size, but for the name of a frame."""
-    for kind in message_type.get_fields_and_field_types().values():
-        if kind == "string" or re.fullmatch(r"sequence<[^,]+>", kind):
-            return True
-        base = kind.partition("[")[0]
-        if "/" in base and base != "std_msgs/Header" and may_be_heavy(message_class(base)):
-            return True
-    return False
-
-
 def has_oddities(message_type):
     """Whether :func:`plain` changes messages of a type."""
     return bool(_oddities(message_type))
@@ -212,6 +202,11 @@ def _plain(message):
         # Not through the property, which would convert the value back.
         object.__setattr__(message, "_" + name, make(getattr(message, name)))
     return message
+
+
+def read(data, message_type):
+    """Return the message of these bytes, with plain values."""
+    return plain(deserialize_message(data, message_type))
 
 
 def sendable(message):

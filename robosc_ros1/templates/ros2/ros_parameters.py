@@ -10,9 +10,9 @@ try:
 except ImportError:  # ROS 2 Humble
     from rclpy.qos_event import PublisherEventCallbacks
 
+from ._runtime.core.launch_arguments import parts_by_name
 from ._runtime.core.qos import OFFERED, POLICIES, qos_parameter_name, qos_parameters, shared
 from ._runtime.core.settings import ParameterError, declared, dotted, read
-from ._runtime.core.shapes import parts_by_name
 
 _SIM_TIME = "use_sim_time"
 _KEPT = (

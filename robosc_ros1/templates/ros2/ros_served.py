@@ -8,7 +8,7 @@ that is refused gets a response with default values, and the reason in its field
 has one.
 """
 
-from ._runtime.core.port import WaitingCall
+from ._runtime.served.waiting_call import WaitingCall
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import service_profile
 

@@ -15,7 +15,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent
 from rclpy.callback_groups import ReentrantCallbackGroup
 
-from ._runtime.core.port import WaitingCall
+from ._runtime.served.waiting_call import WaitingCall
 from .ros_messages import compose, has_oddities, plain
 from .ros_parameters import action_profiles
 from .ros_served import explained

@@ -9,8 +9,8 @@ from emit.generated_code import controller_class, supervisor_of
 from runtime.lamp_robot import PlayedPort
 
 from robosc.runtime.core.commanding import controller_engine
-from robosc.runtime.core.port import WaitingCall
 from robosc.runtime.core.settings import Settings
+from robosc.runtime.served.waiting_call import WaitingCall
 
 MODEL = """
 robot Cart {

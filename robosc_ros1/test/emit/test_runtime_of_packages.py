@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 from emit.golden_packages import PACKAGES, package_of
+from ros_support import EXAMPLES
 
+from robosc import pipeline
+from robosc.emit.package import ros1_target
 from robosc.emit.package.package import File
 
 GROUP = "golden"
@@ -19,10 +22,10 @@ ALL = {
     "__init__", *(f"core/{name}" for name in (
         "__init__", "calls", "clocks", "connections", "engine", "engine_parts", "gate", "inbox", "intake",
         "model", "original_state", "pauses", "places", "port", "reasons", "recorder",
-        "requests", "scheduler", "settings", "shapes", "shortening", "telemetry", "values",
+        "requests", "scheduler", "settings", "shortening", "telemetry", "values",
     ))
 }  # fmt: skip
-JUDGES = {f"judge/{name}" for name in ("__init__", "judge", "matching", "sight")}
+JUDGES = {f"judge/{name}" for name in ("__init__", "fields", "judge", "matching", "sight")}
 OF_MONITORS = (
     "crossings",
     "findings",
@@ -37,17 +40,29 @@ MODES = {
     "supervisor": {"judge/supervising", "core/sending"} | JUDGES,
     "monitor": {"core/ages", *(f"judge/{name}" for name in OF_MONITORS)} | JUDGES,
 }
-OF_ROS_2 = {"core/launch_arguments", "core/qos"}
+OF_ROS_2 = {"core/launch_arguments", "core/qos", "core/resting"}
 
 
 def of_model(files: Mapping[str, File], mode: str) -> set[str]:
     """The modules that the tables of a controller ask for."""
     source = next(file.content for path, file in files.items() if path.endswith("controller.py"))
+    node = next(file.content for path, file in files.items() if path.endswith("/node.py"))
+    names = {Path(path).stem for path in files}
     answers = "outgoing service" in source or "outgoing action" in source
-    served = ("__init__", "served_calls", *(["relayed_calls"] if mode == "supervisor" else []))
+    served = (
+        "__init__",
+        "served_calls",
+        "waiting_call",
+        *(["relayed_calls"] if mode == "supervisor" else []),
+    )
     return {
         *({"core/functions"} if "_runtime.core.functions import" in source else ()),
+        *({"core/operations"} if "_runtime.core.operations import" in source else ()),
+        *({"core/heavy"} if mode != "supervisor" and "heavy=heavy_input" in node else ()),
+        *({"core/shapes"} if "shape=" in source else ()),
         *({"core/internal_transitions"} if "        Tau(" in source else ()),
+        *({"core/goal_ends"} if mode == "monitor" or "ros_actions" in names else ()),
+        *({"core/timers"} if "        After(" in source else ()),
         *({"core/ages"} if "max_age=" in source else ()),
         *(f"served/{name}" for name in served if answers and mode != "monitor"),
     }
@@ -60,6 +75,18 @@ def test_modules_of_the_runtime(model: str, target: str, mode: str) -> None:
     modules = {name.removesuffix(".py") for _, folder, name in paths if folder}
     ros = OF_ROS_2 if target == "ros2" else set()
     assert modules == ALL | MODES[mode] | ros | of_model(files, mode)
+
+
+def test_a_node_of_a_small_model_is_small() -> None:
+    """A sensor with a timeout and a service: nothing that only other models or modes use."""
+    model = EXAMPLES / "door" / "door.rscd"
+    supervisor = pipeline.synthesize(pipeline.load(model, pipeline.Options()).robot)
+    files = ros1_target.emit(supervisor, "door_controller").files
+    own = [f.content for path, f in files.items() if path.endswith(".py") and "test/" not in path]
+    assert sum(text.count("\n") for text in own) <= 7000
+    names = {Path(path).stem for path in files}
+    assert names.isdisjoint({"fields", "heavy", "operations", "persistence", "shapes", "timers"})
+    assert names.isdisjoint({"goal_ends", "ros_actions", "ros_goal_table", "ros_heavy"})
 
 
 ENGINES = {

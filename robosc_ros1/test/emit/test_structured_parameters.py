@@ -15,8 +15,8 @@ from robosc.emit.package.config import Config, declared_communications, declared
 from robosc.emit.package.ros1_target import emit as emit_ros1
 from robosc.emit.package.ros2_target import emit as emit_ros2
 from robosc.model.declarations.parameters import with_parameters
+from robosc.runtime.core.launch_arguments import parts_by_name
 from robosc.runtime.core.settings import ParameterError, dotted, flatten, private, read
-from robosc.runtime.core.shapes import parts_by_name
 from robosc.source import Source
 from robosc.syntax.formatting.format import format_text
 

@@ -12,9 +12,9 @@ from runtime.lamp_robot import PlayedPort
 
 from robosc import pipeline
 from robosc.runtime.core.calls import Failure
-from robosc.runtime.core.port import WaitingCall
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.judge.supervising import supervisor_engine
+from robosc.runtime.served.waiting_call import WaitingCall
 
 BUSY = "it serves one call at a time"
 

@@ -303,3 +303,25 @@ def test_an_age_needs_a_header(p: MessageDefinitions, linked: str, ok: bool) -> 
         p,
     )
     assert (("unknown-field", "2 s") not in found) is ok
+
+
+def test_messages_that_cannot_be_heavy_are_known_by_their_fields(tmp_path: Path) -> None:
+    package(
+        tmp_path,
+        "p",
+        msg__Fixed="Header header\nfloat64[36] covariance\ntime at\n",
+        msg__Large="float64[10000] numbers\n",
+        msg__Many="Fixed[1000] all\n",
+        msg__Text="string text\n",
+        msg__Around="Text text\n",
+        msg__Scan="float32[] ranges\n",
+    )
+    names = ("Fixed", "Large", "Many", "Text", "Around", "Scan")
+    robot = resolve(
+        "component P {"
+        + "".join(f"outgoing message m{n} with type: none links i{n}\n" for n in names)
+        + "}\n"
+        + "".join(f"interface i{n} use {n} from p\n" for n in names),
+        around(tmp_path / "m.rscd"),
+    )
+    assert [n for n in names if binding(robot, f"m{n}").light] == ["Fixed"]

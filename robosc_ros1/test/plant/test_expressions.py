@@ -18,7 +18,7 @@ from robosc.model.typing.compatibility import result_type
 from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.plant.model_text import to_dsl
 from robosc.plant.python_text import to_python
-from robosc.runtime.core.values import divide, remainder
+from robosc.runtime.core.operations import divide, remainder
 
 ARITHMETIC = [o.spelling for o in BINARY.values() if o.result is not Result.BOOLEAN]
 OF_ONE = ["abs", "sqrt", "sin", "cos", "floor", "ceil", "round"]

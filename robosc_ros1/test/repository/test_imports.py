@@ -218,6 +218,7 @@ def test_the_core_of_the_runtime_needs_neither_judge_nor_served_calls() -> None:
     assert {name for name in outside if not name.startswith("runtime.core")} <= {
         "runtime.served.served_calls",
         "runtime.served.relayed_calls",
+        "runtime.served.waiting_call",
     }
 
 

@@ -59,7 +59,7 @@ else:
 """
 
 EVERY_TYPE = f"""
-from guarded_arm._runtime.core.values import copied
+from guarded_arm._runtime.core.operations import copied
 from guarded_arm.ros_messages import compose, plain
 from rclpy.clock import Clock
 from rclpy.serialization import deserialize_message, serialize_message
@@ -73,7 +73,7 @@ def there_and_back(data):
 """
 
 PARTS = """
-from guarded_arm._runtime.core.values import copied
+from guarded_arm._runtime.core.operations import copied
 from guarded_arm.ros_messages import compose, plain
 from geometry_msgs.msg import Point, PoseWithCovariance, PoseWithCovarianceStamped, Vector3
 from rclpy.clock import Clock

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosc.runtime.core.model import Command, Communication, Controller, Input, Requirement, Tau
-from robosc.runtime.core.values import Mismatch, in_range
+from robosc.runtime.core.internal_transitions import Tau
+from robosc.runtime.core.model import Command, Communication, Controller, Input, Requirement
+from robosc.runtime.core.operations import in_range
+from robosc.runtime.core.values import Mismatch
 from robosc.runtime.judge.supervising import SupervisorPort
 
 SENSOR, GO, HALT, LAMP, ARM = "Sensor.range", "Motor.go", "Motor.halt", "Lamp.light", "Arm.reach"

@@ -12,9 +12,10 @@ from runtime.played_engine import Played
 
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.inbox import LIMIT
-from robosc.runtime.core.model import After, Command, Communication, Controller, Input
+from robosc.runtime.core.model import Command, Communication, Controller, Input
 from robosc.runtime.core.port import BEFORE_TIME
 from robosc.runtime.core.settings import read
+from robosc.runtime.core.timers import After
 from robosc.runtime.core.values import Mismatch
 from robosc.runtime.judge.matching import command_patterns
 from robosc.runtime.judge.supervising import supervisor_engine

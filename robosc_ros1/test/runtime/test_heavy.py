@@ -12,7 +12,7 @@ from runtime.lamp_robot import SENSOR, LampController, PlayedPort
 
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.functions import greatest_of, least_of
-from robosc.runtime.core.intake import BYTES, COUNT, LIGHT, HeavyTopic
+from robosc.runtime.core.heavy import BYTES, COUNT, LIGHT, HeavyTopic
 from robosc.runtime.core.values import Undefined
 
 

@@ -8,7 +8,7 @@ import zlib
 
 from ros_support import await_condition
 
-from robosc.runtime.core.pauses import others_rest
+from robosc.runtime.core.resting import others_rest
 
 
 def test_a_thread_outside_of_python_is_waited_for() -> None:

@@ -24,7 +24,7 @@ from runtime.test_reports import Heard
 from robosc.runtime.core import persistence
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.engine import Engine
-from robosc.runtime.core.persistence import Keeper
+from robosc.runtime.core.persistence import Keeper, kept_values, start
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.telemetry import Reporter
 from robosc.simulate.event_log import read_log
@@ -61,7 +61,7 @@ def begun(path: Path, forget: bool = False) -> tuple[dict[str, Any], list[str]]:
     """What a node begins with, and its faults."""
     one, controller = keeper(path, forget)
     one.close(5.0)
-    assert controller.kept_values() == one.began_with
+    assert kept_values(controller) == one.began_with
     return one.began_with, one.all_faults()
 
 
@@ -70,7 +70,7 @@ def test_values_outlast_the_node(tmp_path: Path) -> None:
     one, controller = keeper(file)
     assert one.began_with == NEW
     assert "No such file" in one.faults[0]
-    assert controller.start(LATER) == []
+    assert start(controller, LATER) == []
     one.look()
     one.close(5.0)
     assert begun(file) == (LATER, [])
@@ -238,9 +238,9 @@ def test_at_most_ten_writes_a_second_and_the_last_one(
     n = 0
     while len(written) < 5:
         n += 1
-        controller.start({**LATER, "Tour.next": n % 10})
+        start(controller, {**LATER, "Tour.next": n % 10})
         one.look()
-    controller.start({**LATER, "Tour.next": 3})
+    start(controller, {**LATER, "Tour.next": 3})
     one.look()
     one.close(5.0)
     *before, last = written

@@ -13,8 +13,9 @@ from runtime.lamp_robot import PlayedPort
 
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.engine import Engine
-from robosc.runtime.core.model import After, Command, Communication, Controller, Input
+from robosc.runtime.core.model import Command, Communication, Controller, Input
 from robosc.runtime.core.settings import Settings
+from robosc.runtime.core.timers import After
 
 FLAGS = tuple(f"flag_{number}" for number in range(4))
 

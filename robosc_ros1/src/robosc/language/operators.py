@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
-from robosc.runtime.core.values import divide, remainder, widen
+from robosc.runtime.core.operations import divide, remainder
+from robosc.runtime.core.values import widen
 
 
 class Operand(Enum):

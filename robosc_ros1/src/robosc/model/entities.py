@@ -32,7 +32,8 @@ class Binding:
     ``request_field``, ``response_field``, ``feedback_field`` name the one data field that carries a
     basic type, or an enum from one; None for objects, ``none`` and where the definition is not
     installed. A message has its field in ``request_field`` (incoming) or ``response_field``
-    (outgoing). ``found`` says whether the installed definition was checked.
+    (outgoing). ``found`` says whether the installed definition was checked, ``light`` (which
+    follows from that) whether a message has few bytes whatever is in it.
     """
 
     package: str
@@ -41,6 +42,7 @@ class Binding:
     request_field: str | None = None
     response_field: str | None = None
     feedback_field: str | None = None
+    light: bool = field(default=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

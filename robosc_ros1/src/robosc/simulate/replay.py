@@ -20,9 +20,11 @@ from robosc.model.entities import Robot
 from robosc.model.typing.compatibility import describe
 from robosc.plant import automaton, event_values
 from robosc.plant.automaton import Event, EventParameter, Plant, StateVariable, VariableKind
-from robosc.runtime.core import places, recorder, shortening
-from robosc.runtime.core.model import After, Command, Controller, Input, Tau
+from robosc.runtime.core import persistence, places, recorder, shortening
+from robosc.runtime.core.internal_transitions import Tau
+from robosc.runtime.core.model import Command, Controller, Input
 from robosc.runtime.core.reasons import blocked_by, reason_text
+from robosc.runtime.core.timers import After
 from robosc.runtime.core.values import Mismatch, Undefined, jsonable
 from robosc.simulate.event_log import LogEntry, read_log
 from robosc.simulate.faults import InvalidLine
@@ -316,7 +318,7 @@ class Follower:
                     raise _unfit(entry, f"parameter {parameter.name}", told, str(error)) from None
         controller.configure(values)
         starts = entry.document.get("start", {})
-        for name in controller.start(starts):
+        for name in persistence.start(controller, starts):
             if name in starts:
                 raise _unfit(entry, f"start of {name}", starts[name], "it is not of its type")
         return controller

@@ -16,12 +16,6 @@ except ImportError:  # missing in minimal installations of ROS 2
     DiagnosticArray = None
 
 
-_FOREIGN = (
-    "%s: the server carries out a goal that this node did not send, so it gets none from here until"
-    " that has ended: %s"
-)
-_NAMED = 3
-"""So many goals are named of those that others have sent."""
 GOES_ON = (
     "the goal %s of %s may go on: its server was asked to end it, and has not said that it has"
 )
@@ -31,8 +25,6 @@ class Caller:
     """The client of a service or an action, which has the full name ``label``."""
 
     label = ""
-    siblings = ()
-    """The other clients of the same server: its goals are carried out one after the other."""
     missed = False
     """A request ended because there was no server."""
     look = None
@@ -50,27 +42,9 @@ class Caller:
         """Return whether it is connecting to a server, see :meth:`.port.Port.connects`."""
         return False
 
-    def running(self):
-        """Return the ids of the goals that were sent and may go on."""
-        return []
-
-    def is_gone(self):
-        """Return whether the server of a cancelled goal is gone, so that the goal has ended. A
-        subclass that reports that by itself need not tell."""
-        return False
-
-    def foreign(self):
-        """Return the ids of the goals that others sent and that their server has not ended, as
-        texts."""
-        return []
-
     def faults(self):
         """Return what is wrong with the server, as texts."""
-        found, foreign = [], sorted(self.foreign())
-        if foreign:
-            named = foreign[:_NAMED]
-            named += ["%d more" % (len(foreign) - _NAMED)] if len(foreign) > _NAMED else []
-            found.append(_FOREIGN % (self.label, ", ".join(named)))
+        found = []
         self.missed = self.missed and not self.is_served()
         if self.missed:
             remedy = ", but this node needs one: start it, or remap one of the two"
@@ -121,8 +95,14 @@ class CallingPort(Port):
     def _caller(self, key):
         return self._services.get(key) or self._actions[key]
 
+    def demand_fit(self, type_, data):
+        """Raise any exception if the data do not fit a type of messages."""
+        raise NotImplementedError
+
     def check(self, key, kind, data):
-        if key in self._served:
+        if key in self._publishers:
+            self.demand_fit(self._publishers[key][1], data)
+        elif key in self._served:
             if kind != "error":  # of that, fields that do not fit are left out
                 self._served[key].check(kind, data)
         else:
@@ -175,9 +155,9 @@ class CallingPort(Port):
 
     def running(self):
         """Return a text for each goal that was sent and may go on."""
-        callers = (*self.callers(), *self._former)
-        found = ((caller, known) for caller in callers for known in caller.running())
-        return [GOES_ON % (known, caller.label) for caller, known in found]
+        actions = (*self._actions.values(), *self._former)
+        found = ((action, known) for action in actions for known in action.running())
+        return [GOES_ON % (known, action.label) for action, known in found]
 
     def unserved(self):
         """Return the full names of the services and actions without a server."""

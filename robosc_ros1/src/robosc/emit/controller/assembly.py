@@ -64,14 +64,15 @@ def _helpers(module: str) -> set[str]:
 
 _OF_RUNTIME = {
     "core.functions": _helpers("functions"),
+    "core.internal_transitions": {"Tau"},
     "core.model": {
-        "After", "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
-        "Tau",
+        "Command", "Communication", "Controller", "Input", "Parameter", "Requirement",
     },
-    "core.values": {
-        "BrokenAssumption", "Mismatch", "copied", "given", "in_range", "now", "only_field",
-        "optional", "record", *_helpers("values"),
+    "core.operations": {
+        "copied", "given", "in_range", "now", "optional", *_helpers("operations"),
     },
+    "core.timers": {"After"},
+    "core.values": {"BrokenAssumption", "Mismatch", "only_field", "record", *_helpers("values")},
 }  # fmt: skip
 """What a controller may import, by module of the runtime."""
 
@@ -149,7 +150,7 @@ _RESERVED = """
     REQUIREMENTS PARAMETERS STAGES STEP_BOUND assigned components configure copied copy
     count_undefined given holds in_range kept message now only_field optional parameters reason
     self undefined value variables LASTING follow lasting PERSISTENT
-    persistent_file forget kept_values start
+    persistent_file forget
 """
 
 

@@ -18,17 +18,24 @@ _TEST_DATA = ("robot_tables", "players", "shown")
 
 @dataclass(frozen=True)
 class TopicView:
-    """A topic, service or action; ``type`` as Python source, ``keys`` a tuple of communications."""
+    """A topic, service or action; ``type`` as Python source, ``keys`` a tuple of communications.
+
+    ``controller`` is its name for the controller that a supervisor guards, ``commands`` are those
+    that others send on a topic, as Python source.
+    """
 
     name: str
     type: str
     keys: tuple[str, ...] = ()
     key: str = ""
+    controller: str = ""
+    commands: tuple[str, ...] = ()
 
     @property
     def row(self) -> str:
         """What stands for it in the table of ``node.py``."""
-        return f"{literal(self.name)}, {self.type}, {literal(self.keys or self.key)}"
+        names = [self.controller, self.name] if self.controller else [self.name]
+        return ", ".join([*map(literal, names), self.type, literal(self.keys or self.key)])
 
 
 @dataclass(frozen=True)
@@ -41,15 +48,6 @@ class TransformView:
 
 
 @dataclass(frozen=True)
-class CommandsView:
-    """A topic of commands; ``commands`` as Python source."""
-
-    name: str
-    type: str
-    commands: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class HeardView:
     """What whoever listens can hear of the commands of a robot; keys of communications.
 
@@ -57,7 +55,7 @@ class HeardView:
     are groups of which the order of events matters.
     """
 
-    commands: tuple[CommandsView, ...] = ()
+    commands: tuple[TopicView, ...] = ()
     actions: tuple[TopicView, ...] = ()
     unseen: tuple[str, ...] = ()
     unjudged: tuple[str, ...] = ()
@@ -91,6 +89,8 @@ class PackageContext:
     served_services: tuple[TopicView, ...] = field(default=(), kw_only=True)
     served_actions: tuple[TopicView, ...] = field(default=(), kw_only=True)
     title: str = field(default="Controller", kw_only=True)
+    heavy: bool = field(default=False, kw_only=True)
+    """Whether inputs may be of any size."""
     heard: HeardView = field(default=HeardView(), kw_only=True)
     """Of a monitor."""
     examples: tuple[str, ...] = field(default=(), kw_only=True)

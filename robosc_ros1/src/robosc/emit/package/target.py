@@ -13,7 +13,7 @@ from robosc import __version__, resources
 from robosc.emit.controller import assembly, naming, template_data
 from robosc.emit.controller.python_literals import assignment, literal
 from robosc.emit.package import package_context
-from robosc.emit.package.config import Config
+from robosc.emit.package.config import Config, declared_parameters
 from robosc.emit.package.model_document import model_document
 from robosc.emit.package.package import (
     MARKER,
@@ -34,7 +34,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
 from robosc.plant.event_values import values_read
-from robosc.runtime.core import settings, shapes
+from robosc.runtime.core import launch_arguments, settings
 from robosc.supervisor import Supervisor
 
 # What the test of a controller's package knows of the robot that it plays.
@@ -201,7 +201,8 @@ def package_of(
     files = {path: File(text) for path, text in texts.items()}
     files |= own_modules(package, modules, target.name, files)
     files |= own_test_files(files, target.name, target.program)
-    files |= runtime_files(f"{modules}/_runtime", files, _parts(controller, robot, mode))
+    parts = [*_parts(controller, robot, mode), *(["core/heavy"] if context.heavy else [])]
+    files |= runtime_files(f"{modules}/_runtime", files, parts)
     return Package(package, frozen_files(files), target.name)
 
 
@@ -212,10 +213,10 @@ def _parts(controller: template_data.ControllerContext, robot: Robot, mode: Mode
         yield "core/transforms"
     if any(c.max_age is not None for c in communications):
         yield "core/ages"
+    if any(p.shape is not None for p in declared_parameters(robot)):
+        yield "core/shapes"
     if controller.persistent:
         yield "core/persistence"
-    if controller.taus:
-        yield "core/internal_transitions"
     if mode != "monitor" and any(c.sort.served for c in communications):
         yield "served/served_calls"
         if mode == "supervisor":
@@ -252,7 +253,7 @@ def _robot_module(
         name: value
         for p in context.parameters
         if p.example is not None
-        for name, value in shapes.parts_by_name(p.name, p.example)
+        for name, value in launch_arguments.parts_by_name(p.name, p.example)
     }
     names = robot.display_names
     outgoing = (c for c in robot.communications.values() if c.kind is Kind.OUTGOING)
@@ -328,6 +329,10 @@ def _context(
         ),
         modules=tuple(sorted({target.module(c) for c in communications if c.frames is None})),
         subscriptions=messages(Kind.OUTGOING),
+        heavy=any(
+            c.kind is Kind.OUTGOING and c.frames is None and not c.binding.light
+            for c in communications
+        ),
         publications=messages(Kind.INCOMING),
         services=servers(Kind.SERVICE),
         actions=servers(Kind.ACTION),
@@ -349,7 +354,7 @@ def _context(
             f"{settings.dotted(name)}:={json.dumps(value)}"
             for p in parameters
             if p.example is not None
-            for name, value in shapes.parts_by_name(p.name, p.example)
+            for name, value in launch_arguments.parts_by_name(p.name, p.example)
         ),
         lifecycle=config.lifecycle and target.has_lifecycle,
     )

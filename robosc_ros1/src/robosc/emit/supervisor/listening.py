@@ -7,11 +7,11 @@ from dataclasses import replace
 from robosc import dotted
 from robosc.emit.controller.assembly import controller_context
 from robosc.emit.controller.template_data import ControllerContext
-from robosc.emit.package.package_context import CommandsView, HeardView, PackageContext, TopicView
+from robosc.emit.package.package_context import HeardView, PackageContext, TopicView
 from robosc.emit.package.readme import InterfaceView, ReadmeContext
 from robosc.emit.supervisor.command_recognition import command_matches
 from robosc.emit.supervisor.commuting import not_commuting
-from robosc.emit.supervisor.supervisor_package import in_order, source_of
+from robosc.emit.supervisor.supervisor_package import with_commands
 from robosc.expr.traversal import walk
 from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind, Kind
@@ -43,18 +43,10 @@ def heard(base: PackageContext, supervisor: Supervisor, shows_results: bool) -> 
         ModelError: see :func:`.guarding.command_matches`.
     """
     robot = supervisor.plant.robot
-    means = {r.key: r for found in command_matches(robot, False).values() for r in found}
     context = controller_context(supervisor, base.source)
     unseen = _unseen(robot, context, shows_results)
     return HeardView(
-        commands=tuple(
-            CommandsView(
-                topic.name,
-                topic.type,
-                tuple(source_of(r) for r in in_order([means[key] for key in topic.keys])),
-            )
-            for topic in base.publications
-        ),
+        commands=with_commands(base.publications, command_matches(robot, False)),
         actions=tuple(action for action in base.actions if action.key not in unseen),
         unseen=unseen,
         unjudged=_unjudged(context, unseen),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 
 from robosc.emit.controller.python_literals import literal
@@ -14,24 +15,6 @@ from robosc.supervisor import Supervisor
 
 PREFIX = "supervised"
 """First part of the names that the guarded controller uses instead of the robot's."""
-
-
-@dataclass(frozen=True)
-class RelayView:
-    """A topic, service or action by its names on both sides; ``commands`` as Python source."""
-
-    robot: str
-    controller: str
-    type: str
-    keys: tuple[str, ...] = ()
-    key: str = ""
-    commands: tuple[str, ...] = ()
-
-    @property
-    def row(self) -> str:
-        """What stands for a service or an action in the table of ``node.py``."""
-        names = f"{literal(self.controller)}, {literal(self.robot)}"
-        return f"{names}, {self.type}, {literal(self.key)}"
 
 
 @dataclass(frozen=True)
@@ -52,16 +35,10 @@ class ControllerNode:
 
 @dataclass(frozen=True)
 class RelayContext(PackageContext):
-    """What all templates of a supervisor see: those of a controller, and both sides."""
+    """What all templates of a supervisor see: those of a controller, with both names."""
 
     prefix: str
     controller: ControllerNode
-    inputs: tuple[RelayView, ...]
-    commands: tuple[RelayView, ...]
-    relayed_services: tuple[RelayView, ...]
-    relayed_actions: tuple[RelayView, ...]
-    guarded_services: tuple[RelayView, ...]
-    guarded_actions: tuple[RelayView, ...]
     remaps: tuple[tuple[str, str], ...]
 
 
@@ -80,46 +57,37 @@ def relay_context(
         ModelError: see :func:`.guarding.command_matches`.
         UsageError: the configuration's section about the supervisor has a wrong key.
     """
-    robot = supervisor.plant.robot
-    means = {r.key: r for found in command_matches(robot).values() for r in found}
     known = {f.name: getattr(base, f.name) for f in fields(base)}
     known["title"] = "Supervisor"
+    known["heavy"] = False  # it passes on bytes
     known["parameters"] = tuple(
         p for p in base.parameters if re.split("[./]", p.name)[0] not in _IDLE
     )
-    inputs = tuple(_view(topic) for topic in base.subscriptions)
-    commands = tuple(
-        _view(topic, tuple(source_of(r) for r in in_order([means[key] for key in topic.keys])))
-        for topic in base.publications
-    )
-    services = tuple(_view(service) for service in base.services)
-    actions = tuple(_view(action) for action in base.actions)
-    served = tuple(_view(service) for service in base.served_services)
-    served_actions = tuple(_view(action) for action in base.served_actions)
-    pairs = [(v.robot, v.controller) for v in (*inputs, *commands, *services, *served)]
-    pairs += [
-        (v.robot + part, v.controller + part)
-        for v in (*actions, *served_actions)
-        for part in action_parts
+    known |= {kind: _on_both_sides(getattr(base, kind)) for kind in (*_PLAIN, *_ACTIONS)}
+    matches = command_matches(supervisor.plant.robot)
+    known["publications"] = with_commands(known["publications"], matches)
+    parts = {**dict.fromkeys(_PLAIN, ("",)), **dict.fromkeys(_ACTIONS, action_parts)}
+    pairs = [
+        (view.name + part, view.controller + part)
+        for kind, ends in parts.items()
+        for view in known[kind]
+        for part in ends
     ]
     return RelayContext(
         **known,
         prefix=PREFIX,
         controller=_controller(config),
-        inputs=inputs,
-        commands=commands,
-        relayed_services=services,
-        relayed_actions=actions,
-        guarded_services=served,
-        guarded_actions=served_actions,
         # A private name is the supervisor's own; the controller's node has no such.
         remaps=tuple(dict.fromkeys(pair for pair in pairs if not pair[0].startswith("~"))),
     )
 
 
-def _view(topic: TopicView, commands: tuple[str, ...] = ()) -> RelayView:
-    other = controller_name(topic.name)
-    return RelayView(topic.name, other, topic.type, topic.keys, topic.key, commands)
+_PLAIN = ("subscriptions", "publications", "services", "served_services")
+_ACTIONS = ("actions", "served_actions")
+
+
+def _on_both_sides(views: tuple[TopicView, ...]) -> tuple[TopicView, ...]:
+    return tuple(replace(view, controller=controller_name(view.name)) for view in views)
 
 
 def controller_name(name: str) -> str:
@@ -130,14 +98,22 @@ def controller_name(name: str) -> str:
     return f"{PREFIX}/{name}"
 
 
-def in_order(matches: list[CommandMatch]) -> list[CommandMatch]:
-    """The patterns of a topic, exact data before a field: they may have a value of that, too."""
-    return sorted(matches, key=lambda match: not match.exact)
-
-
-def source_of(match: CommandMatch) -> str:
-    """The row of a command, see :func:`robosc.runtime.judge.matching.command_patterns`."""
-    return ", ".join(map(literal, (match.key, match.exact, match.field)))
+def with_commands(
+    topics: Iterable[TopicView], matches: Mapping[tuple[str, str], tuple[CommandMatch, ...]]
+) -> tuple[TopicView, ...]:
+    """Topics with the commands on them, see :func:`robosc.runtime.judge.matching.command_patterns`:
+    exact data before a field, for they may have a value of that, too."""
+    means = {match.key: match for found in matches.values() for match in found}
+    return tuple(
+        replace(
+            topic,
+            commands=tuple(
+                ", ".join(map(literal, (match.key, match.exact, match.field)))
+                for match in sorted((means[key] for key in topic.keys), key=lambda m: not m.exact)
+            ),
+        )
+        for topic in topics
+    )
 
 
 def _controller(config: Config) -> ControllerNode:

@@ -12,7 +12,7 @@ from robosc.expr import tree, types
 from robosc.model import diagnostics, entities
 from robosc.model.typing.compatibility import completed
 from robosc.runtime.core import model, settings
-from robosc.runtime.core.values import is_one_of
+from robosc.runtime.core.persistence import is_one_of
 from robosc.source import Span
 from robosc.syntax.nodes import ExprNode
 

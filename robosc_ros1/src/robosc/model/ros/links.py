@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from math import inf
+from typing import Any
 
 from robosc import remedies
 from robosc.expr.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
@@ -21,6 +23,7 @@ from robosc.model.ros import object_types, sent
 from robosc.model.ros.definitions import BASIC, MessageDefinitions
 from robosc.model.ros.interfaces import KINDS, Definition, FieldType, Interface, Missing
 from robosc.model.ros.missing import MissingDefinitions
+from robosc.runtime.core.heavy import LIGHT
 from robosc.source import Span
 from robosc.syntax import nodes
 
@@ -93,7 +96,7 @@ class Binder:
             return Binding(package, stem or type_, False)
         self.missing.of_doubts(found, interface.type.span)
         pairs = zip(parts, found.parts, strict=True)
-        return _binding(found, parts, [self._check_part(key, *pair) for pair in pairs])
+        return self._binding(found, parts, [self._check_part(key, *pair) for pair in pairs])
 
     def _default(
         self, key: str, node: nodes.CommunicationNode, parts: tuple[Payload, ...]
@@ -113,7 +116,9 @@ class Binder:
         carried = part.type.source if isinstance(part.type, EnumType) else part.type
         if isinstance(carried, ObjectType) and object_types.is_ros_type(carried):
             package, _, name = carried.name.partition("/")
-            return Binding(package, name, True)
+            found = self._definitions.interface(package, name, "msg")
+            light = isinstance(found, Interface) and self._is_light(found)
+            return Binding(package, name, True, light=light)
         interface = BASIC.get(_basic_name(carried))
         if interface is None:
             self._report.add(
@@ -124,7 +129,7 @@ class Binder:
             )
             return None
         field = self._check_part(key, part, interface.parts[0])
-        return _binding(interface, parts, [field])
+        return self._binding(interface, parts, [field])
 
     def _links_hint(self, carried: Type) -> remedies.Remedy:
         name = carried.name if isinstance(carried, ObjectType) else "TYPE"
@@ -299,6 +304,32 @@ class Binder:
                 )
         return []
 
+    def _binding(
+        self, interface: Interface, parts: Sequence[Payload], fields: Sequence[str | None]
+    ) -> Binding:
+        pairs = zip(parts, fields, strict=True)
+        names: dict[str, Any] = {f"{part.direction}_field": field for part, field in pairs}
+        light = self._is_light(interface)
+        return Binding(interface.package, interface.type, True, light=light, **names)
+
+    def _is_light(self, interface: Interface) -> bool:
+        """Whether a message has few bytes whatever is in it, the name of its frame apart."""
+        return self._most_bytes(interface.parts[0]) <= LIGHT
+
+    def _most_bytes(self, definition: Definition, around: tuple[str, ...] = ()) -> float:
+        total = 0.0
+        for type_ in (field.type for field in definition.fields if field.type != _HEADER):
+            nested = self._definitions.fields(type_.element)
+            if isinstance(nested, Missing) or (nested and nested.name in around):
+                return inf
+            if nested is not None:
+                size = self._most_bytes(nested, (*around, definition.name))
+            else:
+                size = 8.0 if type_.base != "string" else type_.longest or inf
+            most = type_.most if type_.length is None else type_.length
+            total += max(size, 1.0) * ((inf if most is None else most) if type_.is_array else 1)
+        return total
+
 
 def is_legal(node: nodes.InterfaceNode) -> bool:
     """Whether ROS allows the names of an interface's type and package: they begin with a letter."""
@@ -310,10 +341,3 @@ def _basic_name(type_: Type) -> str:
     if isinstance(type_, IntegerType):
         return "integer"
     return "" if isinstance(type_, ObjectType | ArrayType | EnumType) else str(type_)
-
-
-def _binding(
-    interface: Interface, parts: Sequence[Payload], fields: Sequence[str | None]
-) -> Binding:
-    names = {f"{p.direction}_field": field for p, field in zip(parts, fields, strict=True)}
-    return Binding(interface.package, interface.type, True, **names)

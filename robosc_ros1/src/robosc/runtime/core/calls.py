@@ -142,9 +142,11 @@ class Missed(NamedTuple):
         return Failure(self.reason, None, self.word)
 
 
-class _Call:
+class RunningRequest:
+    """A request in progress."""
+
     __slots__ = (
-        "accepted", "deadline", "end", "is_goal", "missed", "open", "replaced", "token", "watch",
+        "accepted", "deadline", "end", "is_goal", "missed", "replaced", "sent", "token", "watch",
         "withdrawn",
     )  # fmt: skip
 
@@ -152,13 +154,19 @@ class _Call:
         self.token = token
         self.is_goal = is_goal
         self.deadline: float | None = deadline
+        self.sent = False  # a server has taken it
         self.accepted = False
         self.withdrawn = False  # its server was asked to end it
         self.missed: Missed | None = None  # the deadline that it missed
         self.watch: float | None = None  # when to look next whether the server is there
         self.replaced = replaced  # the goals before it that have not ended
         self.end: Any = None  # how it ended, while these have not
-        self.open: OpenRequest | None = None  # no server has taken it
+
+    @property
+    def tokens(self) -> list[int]:
+        """The tokens of its goals that have not ended, the current one first."""
+        is_current = self.sent and self.end is None
+        return [*([self.token] if is_current else []), *sorted(self.replaced)]
 
 
 class Calls:
@@ -168,134 +176,65 @@ class Calls:
         self._settings = settings
         self._lost_after = settings.server_lost_after
         self._port = port
-        self._calls: dict[str, _Call] = {}
+        self._calls: dict[str, RunningRequest] = {}
         self._last_token = 0
         self.open: dict[str, OpenRequest] = {}
         """The requests that no server has taken, by key."""
+        self.get = self._calls.get
+        """Returns the request of a communication, by key; None: none is in progress."""
         self.earliest: float | None = None
         """When to call :meth:`expired` next; None while nothing can expire."""
 
-    def begin(self, key: str, now: float, is_goal: bool = False) -> int:
+    def begin(self, key: str, now: float, is_goal: bool) -> RunningRequest:
         self._last_token += 1
         old = self._calls.get(key)
         self.open.pop(key, None)
-        replaced = set() if old is None else old.replaced
-        if old is not None and old.end is None and old.open is None:
-            replaced = {*replaced, old.token}
+        replaced = set() if old is None else set(old.tokens)
         deadline = now + self._settings.timeout_of(key)
-        self._calls[key] = _Call(self._last_token, deadline, is_goal, replaced)
+        call = self._calls[key] = RunningRequest(self._last_token, deadline, is_goal, replaced)
         self._plan()
-        return self._last_token
+        return call
 
-    def leave_open(self, key: str, request: OpenRequest) -> None:
-        """Record that no server takes the request that has just begun."""
-        self.open[key] = self._calls[key].open = request
+    def close(self, key: str) -> RunningRequest:
+        """Take an open request to be sent, or to be ended."""
+        del self.open[key]
+        return self._calls[key]
 
-    def close(self, key: str) -> int | None:
-        """Take an open request to be sent, or to be ended; return its token, None without one."""
-        if self.open.pop(key, None) is None:
-            return None
-        return self._calls[key].token
-
-    def taken(self, key: str) -> None:
-        """Record that a server has taken the request that was open."""
-        self._calls[key].open = None
-
-    def prolong(self, key: str, now: float) -> None:
-        """Grant the request its timeout once more."""
-        self._calls[key].deadline = now + self._settings.timeout_of(key)
+    def prolong(self, call: RunningRequest, deadline: float | None) -> None:
+        """Set until when a request is awaited (None: without end)."""
+        call.deadline = deadline
         self._plan()
 
-    def end(self, key: str) -> list[int]:
-        """Remove the request and return the tokens of its goals; none if there were none."""
-        found = self.tokens(key)
+    def end(self, key: str) -> None:
+        """Forget a request, which has ended."""
         self._calls.pop(key, None)
         self.open.pop(key, None)
         self._plan()
-        return found
 
-    def keep(self, key: str, end: Any, now: float) -> list[int]:
-        """Keep how the request ended until the goals that it replaced have ended, too; return
-        their tokens."""
-        self._calls[key].end = end
-        self._withdraw(key, now, None)
-        return sorted(self._calls[key].replaced)
-
-    def kept(self, key: str) -> Any:
-        """Return what is kept of the end of a request; None: nothing."""
-        call = self._calls.get(key)
-        return None if call is None else call.end
-
-    def replaced(self, key: str) -> set[int]:
-        """Return the tokens of the goals that the current one replaced and that have not ended."""
-        call = self._calls.get(key)
-        return set() if call is None else call.replaced
-
-    def tokens(self, key: str) -> list[int]:
-        """Return the tokens of the goals of a request that have not ended, the current one
-        first."""
-        call = self._calls.get(key)
-        if call is None:
-            return []
-        is_sent = call.end is None and call.open is None
-        return [*([call.token] if is_sent else []), *sorted(call.replaced)]
-
-    def is_goal(self, key: str) -> bool:
-        return self._calls[key].is_goal
-
-    def is_busy(self, key: str) -> bool:
-        """Whether a request is in progress."""
-        return key in self._calls
-
-    def accept(self, key: str, token: int, now: float) -> None:
+    def accept(self, key: str, call: RunningRequest, now: float) -> None:
         """Record that the server accepted the goal; other deadlines apply from now on."""
-        call = self._calls.get(key)
-        if call is None or call.token != token or call.accepted:
+        if call.accepted:
             return
         call.accepted = True
         limit = None if call.withdrawn else self._settings.goal_timeout_of(key)
-        call.deadline = None if limit is None else now + limit
         if not call.withdrawn:
             call.watch = now + self._lost_after
-        self._plan()
+        self.prolong(call, None if limit is None else now + limit)
 
-    def cancel(self, key: str, now: float) -> list[int]:
-        """Record that the goal is cancelled, and return its token and those of the goals that it
-        replaced.
+    def withdraw(self, call: RunningRequest, now: float, missed: Missed | None = None) -> None:
+        """Record that the goals of a request are cancelled, since a deadline was ``missed``, if
+        so. Only their server, or the loss of it, ends them from now on.
 
-        Only its server, or the loss of it, ends it from now on.
+        One that has missed the deadline and was not accepted ends after some time even if its
+        server says nothing.
         """
-        return self._withdraw(key, now, None)
+        call.withdrawn, call.watch = True, now + _LOOK
+        call.missed = missed or call.missed
+        self.prolong(call, now + self._lost_after if missed and not call.accepted else None)
 
-    def miss(self, missed: Missed, now: float) -> list[int]:
-        """Record that the goal has missed a deadline and is cancelled, as :meth:`cancel`.
-
-        One that was not accepted ends after some time even if its server says nothing.
-        """
-        call = self._calls.get(missed.key)
-        if call is not None:
-            call.missed = missed
-        awaits = call is not None and not call.accepted
-        return self._withdraw(missed.key, now, now + self._lost_after if awaits else None)
-
-    def _withdraw(self, key: str, now: float, deadline: float | None) -> list[int]:
-        call = self._calls.get(key)
-        if call is not None:
-            call.withdrawn, call.deadline, call.watch = True, deadline, now + _LOOK
-            self._plan()
-        return self.tokens(key)
-
-    def missed(self, key: str) -> Missed | None:
-        """Return the deadline that a request in progress has missed; None if it has missed
-        none."""
-        return self._calls[key].missed
-
-    def is_current(self, key: str, token: int) -> bool:
-        call = self._calls.get(key)
-        return call is not None and call.token == token
-
-    def running(self) -> Iterator[tuple[str, int]]:
-        return iter([(key, token) for key in self._calls for token in self.tokens(key)])
+    def running(self) -> list[tuple[str, int]]:
+        """Return the keys and tokens of all goals that have not ended."""
+        return [(key, token) for key, call in self._calls.items() for token in call.tokens]
 
     def expired(self, now: float) -> list[Missed]:
         """Return the requests that have missed a deadline by now. Changes none of them."""
@@ -305,11 +244,11 @@ class Calls:
         self._plan()
         return [missed for missed in found if missed is not None]
 
-    def _missed_by(self, key: str, call: _Call, now: float) -> Missed | None:
+    def _missed_by(self, key: str, call: RunningRequest, now: float) -> Missed | None:
         if call.deadline is not None and call.deadline <= now:
             if call.missed:
                 return call.missed._replace(since=call.deadline, awaited=False)
-            if call.open is not None:
+            if not call.sent:
                 absent = self._port.absent(key) or NOT_TAKEN
                 return Missed(call.deadline, key, absent, word=ABSENT)
             if call.accepted:

@@ -23,14 +23,15 @@ from __future__ import annotations
 from collections import deque
 from heapq import heappop, heappush
 from itertools import count
-from types import MethodType
-from typing import Callable, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Callable, Iterator, NamedTuple, Sequence, Union
 
 from .calls import RETRY, Calls, Missed
-from .model import After, Controller
-from .places import stands_in
+from .model import Controller
 from .port import BEFORE_TIME
 from .settings import Settings
+
+if TYPE_CHECKING:  # a package has them if its model has delayed transitions
+    from .timers import ModelTimers, Timer
 
 _SHORTEST = 1e-6
 """Seconds; the shortest delay that a double of the time since 1970 resolves."""
@@ -55,26 +56,7 @@ class Watch:
         self.renewed = False
 
 
-class Timer:
-    """The clock for a transition that is taken after a delay in a state."""
-
-    __slots__ = ("deadline", "delay", "entries", "planned", "rank", "row", "step")
-
-    def __init__(self, controller: Controller, row: After, delay: float, rank: int) -> None:
-        self.row = row
-        self.step: Callable[[], str | None] = MethodType(row.step, controller)
-        self.delay, self.rank = max(_SHORTEST, delay), rank
-        self.deadline: float | None = None
-        self.planned: float | None = None
-        self.entries: int | None = None  # the count of entries when it was started last
-
-
-Deadline = Tuple[Optional[int], Optional[float]]
-"""Of a timer: the count of entries when it was started last, and when it is due (None: it is not
-running)."""
-
-
-Clock = Union[Timer, Watch]
+Clock = Union["Timer", Watch]
 
 
 class Clocks:
@@ -89,7 +71,6 @@ class Clocks:
         steady: Callable[[], float],
         newest: Callable[[], float],
     ) -> None:
-        self._state = controller.__dict__
         self._port_time = now
         self._newest = newest
         self._steady = steady
@@ -98,18 +79,15 @@ class Clocks:
         keys = [entry.key for entry in controller.INPUTS if entry.kind == "timeout"]
         ranks = count()
         self._watches = {key: Watch(key, settings.timeout_of(key), next(ranks)) for key in keys}
-        self._timers = [
-            Timer(controller, row, settings.seconds(row.delay), next(ranks))
-            for row in controller.AFTERS
-        ]
+        self.timers: ModelTimers | None = None
+        """Those of delayed transitions; None: the model has none."""
+        if controller.AFTERS:
+            from .timers import ModelTimers
+
+            seconds = lambda row: max(_SHORTEST, settings.seconds(row.delay))  # noqa: E731
+            self.timers = ModelTimers(controller, seconds, self, ranks)
         self.delays = sorted(clock.delay for clock in self._all())
         """The delays of all clocks, the shortest first."""
-        self._touched: dict[str, list[Timer]] = {}
-        for timer in self._timers:
-            for name in {timer.row.entries, *timer.row.reads}:
-                self._touched.setdefault(name, []).append(timer)
-        self.concerned = frozenset(self._touched)
-        """The attributes after whose writing :meth:`follow` must be called."""
         self._heap: list[tuple[float, int, Clock]] = []
         self.steps_back = 0
         """How often the port's clock stepped back."""
@@ -121,8 +99,8 @@ class Clocks:
     def begin(self) -> None:
         self.has_begun = self._port_time() != BEFORE_TIME
         self._last = self._since = self.moment()
-        for timer in self._timers:
-            self._restart(timer, self.time())
+        if self.timers is not None:
+            self.timers.restart(self.time())
 
     def look(self, machine: float) -> float:
         """Return for how many seconds of the machine, until a time of it, the port's time has not
@@ -171,8 +149,8 @@ class Clocks:
         self.steps_back += self.has_begun
         self.has_begun = not self.has_begun
         self._go_on_by_another_clock()
-        for timer in self._timers:
-            self._restart(timer, self._last + self._shift)
+        if self.timers is not None:
+            self.timers.restart(self._last + self._shift)
 
     def _go_on_by_another_clock(self) -> None:
         self._continue_at(self.moment())
@@ -207,16 +185,6 @@ class Clocks:
                 watch.deadline = now if arrival is None else time + watch.delay
                 self.plan(watch)
 
-    def follow(self, writes: frozenset[str]) -> None:
-        """Update the clocks after an event that wrote these attributes."""
-        time = self.time()
-        for name in writes:
-            for timer in self._touched.get(name, ()):
-                if self._state[timer.row.entries] != timer.entries:
-                    self._restart(timer, time)
-                elif timer.deadline is not None and timer.deadline <= time:
-                    self.plan(timer)  # it was due before, but its guard did not hold
-
     def first_due(self, now: float) -> tuple[float, Clock] | None:
         """Return the clock that has been due for the longest time, and since when; None: none is
         due."""
@@ -245,50 +213,6 @@ class Clocks:
         time = self.time()
         return max(0.0, self._heap[0][0] - time) if self._heap else None
 
-    # The timers of a state that may be the present one, see :mod:`.crossings`.
-
-    def deadlines(self) -> tuple[Deadline, ...]:
-        return tuple((timer.entries, timer.deadline) for timer in self._timers)
-
-    def set_deadlines(self, deadlines: Mapping[int, Deadline]) -> None:
-        """Let timers, by index, be those of another state, which is the present one now."""
-        for index, (entries, deadline) in deadlines.items():
-            timer = self._timers[index]
-            timer.entries, timer.deadline = entries, deadline
-            self.plan(timer)
-
-    def followed(self, deadlines: Sequence[Deadline]) -> tuple[Deadline, ...]:
-        """Return what becomes of the timers of another state, in the present one."""
-        found = []
-        for timer, known in zip(self._timers, deadlines):
-            entries = self._state[timer.row.entries]
-            if entries != known[0]:
-                known = entries, self._deadline_of(timer, self.time())
-            found.append(known)
-        return tuple(found)
-
-    def nearly_due(self, deadlines: Sequence[Deadline], span: float) -> list[int]:
-        """Return the indexes of the timers that are due within so many seconds, the first first."""
-        if not deadlines:
-            return []
-        until = self.time() + span
-        due = [(time, i) for i, (_, time) in enumerate(deadlines) if time and time <= until]
-        return [index for _, index in sorted(due)]
-
-    @staticmethod
-    def stopped(deadlines: Sequence[Deadline], index: int) -> tuple[Deadline, ...]:
-        """Return the timers without one of them."""
-        found = list(deadlines)
-        found[index] = found[index][0], None
-        return tuple(found)
-
-    def delayed(self, index: int) -> tuple[After, Callable[[], str | None]]:
-        """Return the delayed transition of a timer, and what takes it."""
-        return self._timers[index].row, self._timers[index].step
-
-    def index_of(self, timer: Timer) -> int:
-        return self._timers.index(timer)
-
     def change(self) -> None:
         """Restart all running clocks, since the port has another clock."""
         self._go_on_by_another_clock()
@@ -298,35 +222,28 @@ class Clocks:
         ``Component.state``."""
         time = self.time()
         found = {w.key: w.deadline - time for w in self._watches.values() if w.deadline is not None}
-        for timer in self._timers:
+        for timer in self._of_timers():
             if timer.deadline is not None:
                 found["%s.%s" % (timer.row.component, timer.row.state)] = timer.deadline - time
         return {name: max(0.0, left) for name, left in found.items()}
 
     def _all(self) -> list[Clock]:
-        return [*self._watches.values(), *self._timers]
+        return [*self._watches.values(), *self._of_timers()]
+
+    def _of_timers(self) -> Sequence[Timer]:
+        return () if self.timers is None else self.timers.all
 
     def _restart_all(self, time: float) -> None:
         """Restart all running clocks; a timeout only once until its message comes again, so that
         no number of changes keeps a silence from being noticed."""
         watches = [watch for watch in self._watches.values() if not watch.renewed]
-        clocks: list[Clock] = [*watches, *self._timers]
+        clocks: list[Clock] = [*watches, *self._of_timers()]
         for clock in clocks:
             if clock.deadline is not None:
                 clock.deadline = time + clock.delay
                 self.plan(clock)
         for watch in watches:
             watch.renewed = True
-
-    def _restart(self, timer: Timer, time: float) -> None:
-        timer.entries = self._state[timer.row.entries]
-        timer.deadline = self._deadline_of(timer, time)
-        self.plan(timer)
-
-    def _deadline_of(self, timer: Timer, time: float) -> float | None:
-        """Return when a timer is due that starts at a time; None: its state is not the present."""
-        is_there = stands_in(self._state[timer.row.location], timer.row.state)
-        return time + timer.delay if is_there and self.has_begun else None
 
     def plan(self, clock: Clock) -> None:
         """Put a clock into the heap, unless it has an entry there that is early enough."""
@@ -399,11 +316,11 @@ _MEMORY = 10.0
 _STEPS = 2
 """So many steps back in that time are no recording that is played again."""
 
-_NOT_BEGUN = (
+NOT_BEGUN = (
     "ROS time has not begun: use_sim_time is true, but nobody publishes /clock, so no delay ends,"
     " and silences are noticed by the clock of the machine"
 )
-_STANDS = (
+STANDS = (
     "ROS time stands still: nobody publishes /clock, or the simulation is paused; meanwhile no"
     " delay ends, and silences are noticed by the clock of the machine"
 )
@@ -433,22 +350,13 @@ class TimeMonitor:
             self.faults += self._found()
         return [fault for fault in self.faults if fault not in before]
 
-    def blinding(self) -> list[str]:
-        """Return the faults with which it is not known now what time it is in the model."""
-        stood = self._clocks.look(self._steady())
-        found = [] if self.replaced is None else [self.replaced]
-        if not self._clocks.has_begun:
-            found.append(_NOT_BEGUN)
-        elif stood > (self._clocks.delays or (STANDSTILL,))[0]:
-            found.append(_STANDS)
-        return found + self._unsteady()
-
     def _found(self) -> list[str]:
         if self._clocks.look(self._steady()) <= self._clocks.delays[0]:
-            return self._unsteady()
-        return [_STANDS if self._clocks.has_begun else _NOT_BEGUN, *self._unsteady()]
+            return self.unsteady()
+        return [STANDS if self._clocks.has_begun else NOT_BEGUN, *self.unsteady()]
 
-    def _unsteady(self) -> list[str]:
+    def unsteady(self) -> list[str]:
+        """Return the fault that time steps back again and again, if it does."""
         now = self._steady()
         if not self._steps or self._clocks.steps_back != self._steps[-1][1]:
             self._steps.append((now, self._clocks.steps_back))

@@ -5,15 +5,17 @@ completion after each."""
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, Callable
+from typing import TYPE_CHECKING, Any, Callable
 
-from .clocks import Timer
 from .engine import Engine
 from .engine_parts import BoundInput, Inputs
 from .model import Controller
 from .port import Port, steady_time
 from .sending import Sending
 from .settings import Settings
+
+if TYPE_CHECKING:
+    from .timers import Timer
 
 
 class Commanding:

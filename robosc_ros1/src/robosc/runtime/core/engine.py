@@ -20,15 +20,15 @@ import traceback
 from collections import deque
 from typing import TYPE_CHECKING, Any, Callable, Generic, NamedTuple, Protocol, TypeVar
 
-from .calls import REFUSED, STEPPING, Failure
-from .clocks import Deadlines, TimeMonitor, Timer, Watch, shortest
+from .calls import REFUSED, STEPPING, Failure, Missed
+from .clocks import Deadlines, TimeMonitor, Watch, shortest
 from .engine_parts import BoundInput, EngineParts, Inputs, Item
 from .inbox import Inbox
 from .intake import Intake
 from .model import Controller
 from .pauses import Pauses
 from .places import path_of
-from .port import Port, WaitingCall, steady_time
+from .port import Port, steady_time
 from .requests import Requests
 from .settings import Settings
 from .values import UNREADABLE, BrokenAssumption, Mismatch, told_error
@@ -79,126 +79,13 @@ class Unfit(NamedTuple):
     failure: Failure
 
 
-class InputEvents:
-    """Applies inputs, and records those that were applied."""
-
-    def __init__(self, parts: EngineParts) -> None:
-        self._parts = parts
-        self._broken: dict[str, int] = {}
-
-    def apply(self, entry: BoundInput, message: Any) -> Unfit | None:
-        """Apply one event; return why not, if so."""
-        parts = self._parts
-        value = word = None
-        try:
-            if entry.kind == "error":
-                word = parts.controller.reason = message.word
-            if entry.read is not None:
-                value = entry.read(message.result if entry.kind == "error" else message)
-            entry.apply(value)
-        except BrokenAssumption as broken:
-            self._broken[str(broken)] = self._broken.get(str(broken), 0) + 1
-            return Unfit(value, Failure(str(broken), message, REFUSED))
-        except Mismatch as mismatch:
-            return Unfit(value, Failure(str(mismatch)))
-        except UNREADABLE as error:
-            # The message does not have the type that the model states.
-            return Unfit(value, Failure(told_error(error)))
-        detail = None
-        counters = parts.recorder.counters
-        counters["inputs"] += 1
-        if entry.kind == "error":
-            detail = message.reason
-            counters["errors"] += 1
-            parts.scheduler.failed(entry.key)
-            parts.log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
-        parts.recorder.record(
-            entry.kind, entry.name, value, detail=detail, writes=entry.writes, reason=word
-        )
-        return None
-
-    def faults(self) -> list[str]:
-        """Return which assumptions the robot has broken, and how often."""
-        return ["broken %d times: %s" % (count, text) for text, count in self._broken.items()]
-
-
-class RunToCompletion:
-    """Runs a controller to completion. ``stop`` makes a safe stop."""
-
-    def __init__(self, parts: EngineParts, stop: Callable[[str], None]) -> None:
-        self._parts = parts
-        self._transitions = parts.transitions
-        self._stop = stop
-        self._undefined = 0
-
-    def complete(self, writes: frozenset[str]) -> frozenset[str]:
-        """Complete an event that wrote these attributes; return all attributes written."""
-        if self._transitions:
-            writes = self.run(writes)
-        parts = self._parts
-        if parts.controller.undefined:
-            total = sum(parts.controller.undefined.values())
-            if total != self._undefined:
-                self._undefined = parts.recorder.counters["undefined"] = total
-                text = "undefined value: an array was too short, or no result came"
-                parts.log("warning", "undefined", text)
-        if not parts.clocks.concerned.isdisjoint(writes):
-            parts.clocks.follow(writes)
-        return writes
-
-    def run(self, writes: frozenset[str] | None) -> frozenset[str]:
-        """Take internal transitions until none is enabled after these attributes were written
-        (None: all); return all attributes written."""
-        recorder = self._parts.recorder
-        written = writes or frozenset()
-        if self._transitions is None:
-            return written
-        for steps, (tau, path) in enumerate(self._transitions.run(writes), 1):
-            written |= frozenset(tau.writes)
-            recorder.counters["taus"] += 1
-            path = path_of(path)
-            recorder.record("tau", tau.component, path, tau=tau.number, writes=tau.writes)
-            if steps > self._parts.controller.STEP_BOUND:
-                self._stop("the internal transitions never end (%s)" % tau.component)
-                break
-        return written
-
-
-def _lacks(parts: EngineParts) -> dict[tuple[str, str], str]:
-    """Return why commands that are allowed cannot be sent: what their data lack, by key and
-    kind."""
-    allowed = (c for c in parts.scheduler.commands if c.was and c.possible)
-    lacks = {(c.key, c.kind): parts.gate.lack(c.key, c.kind, c.data) for c in allowed}
-    return {event: text for event, text in lacks.items() if text is not None}
-
-
-def snapshot_of(
-    parts: EngineParts, stopped: str | None, dropped: int, faults: list[str]
-) -> dict[str, Any]:
-    """Return a copy of the state and the counters of an engine."""
-    if dropped != parts.recorder.counters["dropped"]:
-        parts.recorder.counters["dropped"] = dropped
-        parts.log("warning", "dropped", "messages arrive too fast: some were dropped")
-    left = parts.clocks.time_left()
-    return {
-        "clocks": {parts.names.get(key, key): time for key, time in left.items()},
-        "controller": parts.controller.copy(),
-        "counters": dict(parts.recorder.counters),
-        "begun": parts.recorder.begun,
-        "number": parts.recorder.number,
-        "stopped": stopped,
-        "faults": faults,
-        "backlog": len(parts.turns.queue),
-        "lacks": _lacks(parts),
-        "counts": {(c.key, c.kind): c.count for c in parts.scheduler.commands},
-    }
-
-
 if TYPE_CHECKING:  # a package has them if its model does
     from ..served.relayed_calls import RelayedCalls
     from ..served.served_calls import ServedCalls
+    from ..served.waiting_call import WaitingCall
     from .ages import Ages
     from .persistence import Keeper
+    from .timers import Timer
 
 INACTIVE = "not active"
 HELD = "held by the operator"
@@ -267,8 +154,8 @@ class Engine(Generic[R]):
             from .ages import Ages
 
             self._ages = Ages(parts)
-        self._events = InputEvents(parts)
-        self._completion = RunToCompletion(parts, lambda reason: self.safe_stop(reason))
+        self._broken: dict[str, int] = {}  # how often the robot did what the model excludes
+        self._undefined = 0
         # What a role, or who has made the engine, may replace
         self.submit: Callable[[Item], None] = self._submit
         """Takes what arrives, in any thread."""
@@ -375,7 +262,7 @@ class Engine(Generic[R]):
         self._guarded(self._begin)
 
     def _begin(self) -> None:
-        self._completion.run(None)
+        self._take_transitions(None)
         self.parts.scheduler.begin(self._now())
         self._clocks.begin()
         self.role.begin()
@@ -441,13 +328,13 @@ class Engine(Generic[R]):
         then send the open requests that a server can take. ``now`` is the port's time, if it was
         read just before."""
         for ready in self._deadlines.ready() if self._deadlines.any_ready(now) else ():
-            if isinstance(ready, Timer):
-                self.role.delayed(ready)
-            elif isinstance(ready, Watch):
+            if isinstance(ready, Watch):
                 self._clocks.stop(ready)
                 self.observe((self._inputs[ready.key, "timeout"],), None)
-            else:
+            elif isinstance(ready, Missed):
                 self._owner(ready.key).miss(ready)
+            else:
+                self.role.delayed(ready)
         if self._calls.open and self.stopped is not None:
             self.requests.end_open(self.stopped, STEPPING)  # what an operator has let through
         if self._calls.open and not self.pauses.holds:
@@ -501,12 +388,41 @@ class Engine(Generic[R]):
         """
         applied, writes = [], _NOTHING
         for entry in entries:
-            unfit = self._events.apply(entry, message)
+            unfit = self._apply(entry, message)
             if unfit is None or (misfit or self.mismatch)(entry, message, *unfit):
                 applied.append(entry)
                 writes = writes | entry.writes if writes else entry.writes
         self.after(writes, entries[0].ends)
         return applied
+
+    def _apply(self, entry: BoundInput, message: Any) -> Unfit | None:
+        """Apply one event, and record it; return why not, if so."""
+        value = word = None
+        try:
+            if entry.kind == "error":
+                word = self.controller.reason = message.word
+            if entry.read is not None:
+                value = entry.read(message.result if entry.kind == "error" else message)
+            entry.apply(value)
+        except BrokenAssumption as broken:
+            self._broken[str(broken)] = self._broken.get(str(broken), 0) + 1
+            return Unfit(value, Failure(str(broken), message, REFUSED))
+        except Mismatch as mismatch:
+            return Unfit(value, Failure(str(mismatch)))
+        except UNREADABLE as error:
+            # The message does not have the type that the model states.
+            return Unfit(value, Failure(told_error(error)))
+        detail, recorder = None, self.recorder
+        recorder.counters["inputs"] += 1
+        if entry.kind == "error":
+            detail = message.reason
+            recorder.counters["errors"] += 1
+            self.parts.scheduler.failed(entry.key)
+            self._log("warning", entry.key, "%s failed: %s" % (entry.name, detail))
+        recorder.record(
+            entry.kind, entry.name, value, detail=detail, writes=entry.writes, reason=word
+        )
+        return None
 
     def mismatch(self, entry: BoundInput, message: Any, value: Any, failure: Failure) -> bool:
         """Report an event that cannot be applied; ``failure`` is why, also for its request.
@@ -534,12 +450,39 @@ class Engine(Generic[R]):
     def complete(self, writes: frozenset[str]) -> frozenset[str]:
         """Take all internal transitions after an event that wrote these attributes; return all
         attributes written."""
-        return self._completion.complete(writes)
+        if self.parts.transitions:
+            writes = self._take_transitions(writes)
+        if self.controller.undefined:
+            total = sum(self.controller.undefined.values())
+            if total != self._undefined:
+                self._undefined = self.recorder.counters["undefined"] = total
+                text = "undefined value: an array was too short, or no result came"
+                self._log("warning", "undefined", text)
+        timers = self._clocks.timers
+        if timers is not None and not timers.concerned.isdisjoint(writes):
+            timers.follow(writes)
+        return writes
+
+    def _take_transitions(self, writes: frozenset[str] | None) -> frozenset[str]:
+        """Take internal transitions until none is enabled after these attributes were written
+        (None: all); return all attributes written."""
+        written = writes or _NOTHING
+        if self.parts.transitions is None:
+            return written
+        for steps, (tau, path) in enumerate(self.parts.transitions.run(writes), 1):
+            written |= frozenset(tau.writes)
+            self.recorder.counters["taus"] += 1
+            path = path_of(path)
+            self.recorder.record("tau", tau.component, path, tau=tau.number, writes=tau.writes)
+            if steps > self.controller.STEP_BOUND:
+                self.safe_stop("the internal transitions never end (%s)" % tau.component)
+                break
+        return written
 
     def after(self, writes: frozenset[str], ended: str | None) -> frozenset[str]:
         """Complete an event that wrote these attributes and ended a request (by key), if any;
         return all attributes written."""
-        writes = self._completion.complete(writes)
+        writes = self.complete(writes)
         self.role.after(writes, ended)
         return writes
 
@@ -579,11 +522,31 @@ class Engine(Generic[R]):
 
     def snapshot(self) -> dict[str, Any]:
         """Return a copy of the state and the counters for use in another thread."""
+        parts, recorder = self.parts, self.recorder
         more = self.role.snapshot()
         for fault in self.time_monitor.look():
             self._log("warning", "time", fault)
-        faults = self.time_monitor.faults + self._port.faults() + self._events.faults()
-        return {**snapshot_of(self.parts, self.stopped, self.intake.dropped, faults), **more}
+        broken = ["broken %d times: %s" % (count, text) for text, count in self._broken.items()]
+        if self.intake.dropped != recorder.counters["dropped"]:
+            recorder.counters["dropped"] = self.intake.dropped
+            self._log("warning", "dropped", "messages arrive too fast: some were dropped")
+        left = self._clocks.time_left()
+        # Why commands that are allowed cannot be sent: what their data lack.
+        allowed = (c for c in parts.scheduler.commands if c.was and c.possible)
+        lacks = {(c.key, c.kind): parts.gate.lack(c.key, c.kind, c.data) for c in allowed}
+        return {
+            "clocks": {parts.names.get(key, key): time for key, time in left.items()},
+            "controller": self.controller.copy(),
+            "counters": dict(recorder.counters),
+            "begun": recorder.begun,
+            "number": recorder.number,
+            "stopped": self.stopped,
+            "faults": self.time_monitor.faults + self._port.faults() + broken,
+            "backlog": len(self._queue),
+            "lacks": {event: text for event, text in lacks.items() if text is not None},
+            "counts": {(c.key, c.kind): c.count for c in parts.scheduler.commands},
+            **more,
+        }
 
 
 class EngineOperator:

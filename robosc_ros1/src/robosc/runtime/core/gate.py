@@ -9,10 +9,13 @@ anywhere outside the engine. A message is tried again on its beat; a request is 
 
 from __future__ import annotations
 
-from typing import AbstractSet, Any, Callable
+from typing import TYPE_CHECKING, AbstractSet, Any, Callable
 
-from .port import NotTaken, Port, WaitingCall
-from .values import Undefined, demand_finite, told_error
+from .port import NotTaken, Port
+from .values import Undefined, not_finite, told_error
+
+if TYPE_CHECKING:  # a package has it if its model serves calls
+    from ..served.waiting_call import WaitingCall
 
 
 def lack(error: Exception) -> str:
@@ -38,8 +41,9 @@ class Gate:
     def check(self, key: str, kind: str, data: Any, whole: bool = True) -> None:
         """Raise any exception if a command cannot be sent with these data; whether they fit their
         fields, a message tells when it is sent, and need not be checked before (not ``whole``)."""
-        if self._only_finite:
-            demand_finite(data)
+        found = not_finite(data) if self._only_finite else None
+        if found is not None:
+            raise ValueError(found)
         if whole:
             self._port.check(key, kind, data)
 

@@ -10,9 +10,20 @@ from __future__ import annotations
 
 from heapq import heapify, heappop, heappush
 from types import MethodType
-from typing import Callable, Iterable, Iterator
+from typing import Any, Callable, Iterable, Iterator, NamedTuple
 
-from .model import Controller, Tau
+from .model import Controller
+
+
+class Tau(NamedTuple):
+    """An internal transition. ``step`` takes it and returns ``"from->to"``; None if it is not
+    enabled."""
+
+    component: str
+    number: int
+    step: Callable[[Any], str | None]
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
 
 
 class InternalTransitions:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence
 
-from .values import Undefined, as_read, is_one_of
+from .values import Undefined, as_read
 
 SERVED = ("outgoing service", "outgoing action")
 """The sorts of the services and actions that the robot calls and the controller serves."""
@@ -135,38 +135,6 @@ class Command(NamedTuple):
         return not self.during
 
 
-class Tau(NamedTuple):
-    """An internal transition. ``step`` takes it and returns ``"from->to"``; None if it is not
-    enabled."""
-
-    component: str
-    number: int
-    step: Callable[[Any], str | None]
-    reads: tuple[str, ...]
-    writes: tuple[str, ...]
-
-
-class After(NamedTuple):
-    """A transition that is taken after its component has been in ``state`` for ``delay``.
-
-    ``delay`` is in seconds, or the name of a parameter. ``location`` is the attribute with the
-    component's state, which is ``state`` or one in it. ``entries`` is the attribute that counts the
-    entries into states, or into this state and out of it: each entry restarts the time.
-    ``step`` takes the transition and returns ``"from->to"``, or None if its guard does
-    not hold; it is taken once per entry, as soon as the delay is over and the guard holds.
-    """
-
-    component: str
-    number: int
-    state: str
-    delay: float | str
-    location: str
-    entries: str
-    step: Callable[[Any], str | None]
-    reads: tuple[str, ...]
-    writes: tuple[str, ...]
-
-
 class Requirement(NamedTuple):
     """A requirement: its text, its place in the model, and the method that tells whether it is
     met.
@@ -192,8 +160,10 @@ class Controller:
     COMMUNICATIONS: tuple[Communication, ...]
     INPUTS: tuple[Input, ...]
     COMMANDS: tuple[Command, ...]
-    TAUS: tuple[Tau, ...]
-    AFTERS: tuple[After, ...] = ()
+    TAUS: tuple[Any, ...]
+    AFTERS: tuple[Any, ...] = ()
+    """The rows of internal transitions and of delayed ones, see :mod:`.internal_transitions` and
+    :mod:`.timers`, which a package has if its model has such transitions."""
     REQUIREMENTS: tuple[Requirement, ...]
     REFUSALS: Mapping[str, Callable[[Any], dict[str, Any] | None]] = {}
     """By key of a call that is served, what gives the fields of an answer that it failed."""
@@ -229,22 +199,6 @@ class Controller:
         """Set the values of the model's parameters, by name, before the first event."""
         for parameter in self.PARAMETERS:
             setattr(self, parameter.attribute, as_read(values[parameter.name]))
-
-    def kept_values(self) -> dict[str, Any]:
-        """Return the values of the persistent variables, by name."""
-        return {name: getattr(self, row[0]) for name, row in self.PERSISTENT.items()}
-
-    def start(self, values: Mapping[str, Any]) -> list[str]:
-        """Set persistent variables, by name, before the first event; return the names of those for
-        which there is no value of their type."""
-        lacking = []
-        for name, (attribute, allowed) in self.PERSISTENT.items():
-            value = values.get(name)
-            if is_one_of(value, allowed):
-                setattr(self, attribute, value)
-            else:
-                lacking.append(name)
-        return lacking
 
     def parameters(self) -> dict[str, Any]:
         """Return the values of the model's parameters, by name."""

@@ -9,8 +9,6 @@ not known, so none of them makes its topic fresh.
 
 from __future__ import annotations
 
-import threading
-from pathlib import Path
 from typing import Callable
 
 from .engine_parts import EngineParts
@@ -19,28 +17,6 @@ _LONGEST = 2.0
 """Seconds for which commands are held at most, should a connection hang."""
 _LOOK = 0.05
 """Seconds between two looks of the clocks, for which time stands after some seconds."""
-
-_TASKS = Path("/proc/self/task")
-
-
-def others_rest() -> bool:
-    """Whether no other thread of this process has anything to do; true where that is not known.
-
-    After a pause the threads of a middleware take what waits in sockets and in shared memory, each
-    when the machine gives it time. Until then they are ready to run.
-    """
-    own = str(threading.get_native_id())
-    try:
-        return not any(_is_ready(task) for task in _TASKS.iterdir() if task.name != own)
-    except OSError:
-        return True
-
-
-def _is_ready(task: Path) -> bool:
-    try:
-        return (task / "stat").read_bytes().rpartition(b")")[2].split()[0] in (b"R", b"D")
-    except OSError:  # it has ended
-        return False
 
 
 class Pauses:

@@ -13,13 +13,37 @@ import stat
 import threading
 import zlib
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Mapping, Sequence
 
 from .model import Controller
+from .values import Value
 
 PERIOD = 0.1
 """Seconds between two writes, at least."""
 _LARGEST = 1 << 20
+
+
+def is_one_of(value: Any, allowed: Sequence[Value]) -> bool:
+    """Return whether a value is one of those of a type; True is not 1."""
+    return type(value) is type(allowed[0]) and value in allowed
+
+
+def kept_values(controller: Controller) -> dict[str, Any]:
+    """Return the values of the persistent variables, by name."""
+    return {name: getattr(controller, row[0]) for name, row in controller.PERSISTENT.items()}
+
+
+def start(controller: Controller, values: Mapping[str, Any]) -> list[str]:
+    """Set persistent variables, by name, before the first event; return the names of those for
+    which there is no value of their type."""
+    lacking = []
+    for name, (attribute, allowed) in controller.PERSISTENT.items():
+        value = values.get(name)
+        if is_one_of(value, allowed):
+            setattr(controller, attribute, value)
+        else:
+            lacking.append(name)
+    return lacking
 
 
 class Keeper:
@@ -42,7 +66,7 @@ class Keeper:
         self._thread = threading.Thread(target=self._run, name="keeper", daemon=True)
         if not controller.forget:
             self._read()
-        self.began_with = self._now = controller.kept_values()
+        self.began_with = self._now = kept_values(controller)
         if self._now != self._written:
             self._changed.set()
         self._thread.start()
@@ -54,7 +78,7 @@ class Keeper:
             text = getattr(error, "strerror", None) or str(error)
             self._fault("%s: %s; persistent variables begin anew" % (self.path, text))
             return
-        lacking = self._controller.start(values)
+        lacking = start(self._controller, values)
         if lacking:
             names = ", ".join(lacking)
             self._fault("%s: no value for %s, which begins anew" % (self.path, names))
@@ -67,7 +91,7 @@ class Keeper:
 
     def look(self) -> None:
         """See whether a value has changed, and have it written."""
-        values = self._controller.kept_values()
+        values = kept_values(self._controller)
         if values != self._now:
             self._now = values
             self._changed.set()

@@ -132,36 +132,3 @@ class Port:
 
     def exit(self, code: int) -> None:
         """End the process soon, without waiting for the engine, which calls this."""
-
-
-class WaitingCall:
-    """A call that waits for its answer. The methods do not block.
-
-    ``answer`` or ``refuse`` is called once, and none after it.
-    """
-
-    def claim(self) -> bool:
-        """Return whether somebody still waits; then they wait until it is accepted or refused."""
-        return True
-
-    def accept(self) -> None:
-        """Tell the caller that the call is taken: it is answered later. Not called of one that is
-        refused at once."""
-
-    def report(self, data: Any) -> None:
-        """Give feedback with these fields. Raises as ``answer`` does."""
-        raise NotImplementedError
-
-    def answer(self, data: Any) -> None:
-        """Answer with these fields; the others have their defaults.
-
-        Raises any exception, and has not answered, if the fields do not fit the type.
-        """
-        raise NotImplementedError
-
-    def refuse(self, text: str, data: Any = None) -> None:
-        """Answer that the call failed, and why; with these fields, where ROS has data for it.
-
-        Fields that do not fit the type are left out.
-        """
-        raise NotImplementedError

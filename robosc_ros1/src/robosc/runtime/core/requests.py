@@ -14,7 +14,18 @@ from __future__ import annotations
 
 from typing import Any, Callable, Iterable
 
-from .calls import ABSENT, LOST, REFUSED, TIMEOUT, Failure, Missed, OpenRequest, Withheld, replacing
+from .calls import (
+    ABSENT,
+    LOST,
+    REFUSED,
+    TIMEOUT,
+    Failure,
+    Missed,
+    OpenRequest,
+    RunningRequest,
+    Withheld,
+    replacing,
+)
 from .engine_parts import BoundInput, EngineParts, Inputs
 from .port import NotTaken
 from .values import UNREADABLE, told_error
@@ -46,45 +57,45 @@ class Requests:
         which is left open if no server takes it now."""
         parts = self._parts
         is_goal = parts.communications[key].sort in ("action", "outgoing action")
-        token = self._calls.begin(key, parts.steady(), is_goal)
-        if not (parts.gate.takes(key) and self._send(key, data, token, request)):
-            self._calls.leave_open(key, request)
+        call = self._calls.begin(key, parts.steady(), is_goal)
+        self._calls.open[key] = request
+        if parts.gate.takes(key):
+            self._send(key, data)
+        if not call.sent:
             request.before, request.since = dict(vars(parts.controller)), parts.steady()
 
     def send_open(self) -> None:
         """Send the open requests that a server can take, and that are allowed now."""
-        parts = self._parts
+        state = vars(self._parts.controller)
         for key, request in list(self._calls.open.items()):
-            request.effects.look(vars(parts.controller))
-            if not parts.gate.takes(key):
-                continue
-            token = self._calls.close(key)
-            assert token is not None
-            try:
-                with request.effects.undone(vars(parts.controller)):
-                    data = request.ask()
-            except Withheld as withheld:
-                self._give_up(key, token, request, str(withheld))
-                continue
-            if self._send(key, data, token, request):
-                self._calls.taken(key)
-            else:
-                self._calls.leave_open(key, request)
+            request.effects.look(state)
+            if self._parts.gate.takes(key):
+                try:
+                    with request.effects.undone(state):
+                        data = request.ask()
+                except Withheld as withheld:
+                    self._give_up(key, str(withheld))
+                else:
+                    self._send(key, data)
 
-    def _send(self, key: str, data: Any, token: int, request: OpenRequest) -> bool:
-        """Send a request to a server; False if it cannot take it."""
-        is_goal = self._calls.is_goal(key)
+    def _send(self, key: str, data: Any) -> None:
+        """Send an open request to a server, if that can take it."""
+        request, call = self._calls.open[key], self._calls.close(key)
         try:
-            self._parts.gate.request(key, is_goal, data, token)
+            self._parts.gate.request(key, call.is_goal, data, call.token)
         except NotTaken:
-            return False
+            self._calls.open[key] = request
+            return
         except Exception as error:
             # The request has begun, so it must end.
-            request.report(key, token, "error", told_error(error))
-        return True
+            request.report(key, call.token, "error", told_error(error))
+        call.sent = True
 
-    def _give_up(self, key: str, token: int, request: OpenRequest, why: str) -> None:
-        request.report(key, token, "error", Failure("it was not sent: " + why, None, ABSENT))
+    def _give_up(self, key: str, why: str) -> None:
+        """End an open request."""
+        request, call = self._calls.open[key], self._calls.close(key)
+        failure = Failure("it was not sent: " + why, None, ABSENT)
+        request.report(key, call.token, "error", failure)
 
     def end_open(self, why: str, after: float = 0.0) -> None:
         """End all open requests but the stop command, since the node stands still; one to whose
@@ -93,62 +104,55 @@ class Requests:
         for key, request in list(self._calls.open.items()):
             waits = parts.steady() < request.since + after and parts.port.connects(key)
             if not (request.stops or key == stop or waits):
-                token = self._calls.close(key)
-                assert token is not None
-                self._give_up(key, token, request, why)
+                self._give_up(key, why)
 
     def recall(self, key: str) -> None:
         """Cancel a request: one that is open ends at once, the server is asked to end others."""
-        tokens = self._calls.cancel(key, self._parts.steady())
-        request = self._calls.open.get(key)
-        token = self._calls.close(key)
-        if request is not None and token is not None:
-            request.report(key, token, "cancelled", Failure("cancelled before it was sent"))
-        self.cancel(key, tokens)
+        call, request = self._calls.get(key), self._calls.open.get(key)
+        if call is None:
+            return
+        self._calls.withdraw(call, self._parts.steady())
+        if request is not None:
+            self._calls.close(key)
+            request.report(key, call.token, "cancelled", Failure("cancelled before it was sent"))
+        self.cancel(key, call.tokens)
 
     def reported(self, entry: BoundInput, message: Any, token: Any) -> None:
         """Apply what was reported of a request, if it is still awaited."""
-        replaced = self._calls.replaced(entry.key)
-        if token in replaced:
+        call = self._calls.get(entry.key)
+        if call is not None and token in call.replaced:
             if entry.ends is not None:
-                replaced.remove(token)
-                self._end_kept(entry.key)
-            return
-        if not self._calls.is_current(entry.key, token) or self.is_ignored(entry):
+                call.replaced.remove(token)
+                if call.end is not None and not call.replaced:
+                    self._end(call, *call.end)
+        elif call is None or call.token != token or self.is_ignored(entry):
             self._parts.recorder.counters["late"] += 1
         elif entry.ends is None:
             self._apply((entry,), message)
-        elif replaced:
-            self._keep_end(entry, message)
+        elif call.replaced:
+            self._keep_end(call, entry, message)
         else:
-            self._end(entry, message)
+            self._end(call, entry, message)
 
     def _accepted(self, key: str, token: int) -> None:
         """Take notice that a server has accepted a goal: those that it replaced are to end."""
-        self._calls.accept(key, token, self._parts.steady())
-        if self._calls.is_current(key, token):
-            self.cancel(key, sorted(self._calls.replaced(key)))
+        call = self._calls.get(key)
+        if call is not None and call.token == token:
+            self._calls.accept(key, call, self._parts.steady())
+            self.cancel(key, sorted(call.replaced))
 
-    def _keep_end(self, entry: BoundInput, message: Any) -> None:
+    def _keep_end(self, call: RunningRequest, entry: BoundInput, message: Any) -> None:
         """Keep the end of a goal until those that it replaced have ended, which are cancelled."""
-        if entry.kind == "error":
-            message = replacing(message)
-        replaced = self._calls.keep(entry.key, (entry, message), self._parts.steady())
+        call.end = entry, replacing(message) if entry.kind == "error" else message
+        self._calls.withdraw(call, self._parts.steady())
         self._parts.scheduler.suspend(entry.key, True)
-        self.cancel(entry.key, replaced)
+        self.cancel(entry.key, call.tokens)
 
-    def _end_kept(self, key: str) -> None:
-        """End a request of which only goals were awaited that it replaced, if they have ended."""
-        kept = self._calls.kept(key)
-        if kept is not None and not self._calls.replaced(key):
-            self._end(*kept)
-
-    def _end(self, entry: BoundInput, message: Any) -> None:
+    def _end(self, call: RunningRequest, entry: BoundInput, message: Any) -> None:
         """End a request, all goals of which have ended."""
-        key = entry.key
-        entry, message = self.end_of(entry, message, self._calls.missed(key))
-        self._calls.end(key)
-        self._parts.scheduler.suspend(key, False)
+        entry, message = self.end_of(entry, message, call.missed)
+        self._calls.end(entry.key)
+        self._parts.scheduler.suspend(entry.key, False)
         self._apply((entry,), message)
 
     def cancel(self, key: str, tokens: Iterable[int]) -> None:
@@ -189,27 +193,27 @@ class Requests:
 
     def miss(self, missed: Missed) -> None:
         """End a request that has missed its deadline; a goal is only cancelled, and then ends."""
+        key = missed.key
+        call = self._calls.get(key)
+        if call is None:
+            return
         if missed.awaited:
-            tokens = self._calls.miss(missed, self._parts.steady())
-            if tokens:
-                text = "%s is cancelled: %s" % (self._parts.names[missed.key], missed.reason)
-                # Of another subject than its end, which may come at once and is told, too.
-                self._parts.log("warning", "deadline of " + missed.key, text)
-                self.cancel(missed.key, tokens)
+            self._calls.withdraw(call, self._parts.steady(), missed)
+            text = "%s is cancelled: %s" % (self._parts.names[key], missed.reason)
+            # Of another subject than its end, which may come at once and is told, too.
+            self._parts.log("warning", "deadline of " + key, text)
+            self.cancel(key, call.tokens)
             return
-        key, error = missed.key, self._parts.inputs[missed.key, "error"]
-        kept = self._calls.kept(key)
-        tokens = self._calls.tokens(key)
-        if kept is None and missed.word != LOST and self._calls.replaced(key):
-            self._calls.close(key)
-            for token in set(tokens) - self._calls.replaced(key):
+        error = self._parts.inputs[key, "error"]
+        is_kept = call.end is None and missed.word != LOST and bool(call.replaced)
+        for token in call.tokens:
+            if not (is_kept and token in call.replaced):
                 self._parts.port.abandon(key, token)
-            self._keep_end(error, missed.failure)
-            return
-        for token in tokens:
-            self._parts.port.abandon(key, token)
-        if kept is not None:
-            self._end(*kept)
-        elif self._calls.is_busy(key):
+        if is_kept:
+            self._calls.open.pop(key, None)
+            self._keep_end(call, error, missed.failure)
+        elif call.end is not None:
+            self._end(call, *call.end)
+        else:
             self._calls.end(key)
             self._apply((error,), missed.failure)

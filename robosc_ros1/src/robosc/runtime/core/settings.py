@@ -14,7 +14,6 @@ import re
 from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Sequence
 
 from .model import ONCE, SERVED, Communication, Parameter
-from .shapes import ShapeFault, fitted, gathered
 from .shortening import excerpt
 from .values import widen
 
@@ -215,34 +214,35 @@ def declared(communications: Sequence[Communication]) -> list[Parameter]:
 
     A deadline that the model sets by a parameter of its own has no other parameter.
     """
-    result = list(_GENERAL)
-    for communication in communications:
-        name = parameter_name(communication.name)
-        if communication.frames:
-            meaning = "how often %s comes at most, in Hz (0: with each of its links)"
-            rate, meaning = communication.rate, meaning % communication.name
-            result.append(Parameter("rate/" + name, "number", rate, meaning, (), 0.0, FASTEST))
-        if communication.sort not in _UNREPEATED:
-            meaning = "how often %s is repeated, in Hz (0: the default rate)" % communication.name
-            rate = communication.rate if isinstance(communication.rate, float) else 0.0
-            if communication.rate == ONCE:
-                meaning = "how often %s may be sent, in Hz (0: the default rate)"
-                meaning %= communication.name
-            result.append(Parameter("rate/" + name, "number", rate, meaning, (), 0.0, FASTEST))
-        timeout = _timeout(communication)
-        if timeout is not None:
-            meaning = _TIMEOUTS[communication.sort] % communication.name
-            result.append(
-                Parameter("timeout/" + name, "number", timeout, meaning, minimum=SHORTEST_DURATION)
-            )
-        if communication.sort == "action" and not isinstance(communication.within, str):
-            meaning = (
-                "deadline of an accepted goal of %s, in seconds (at least 0; 0: none)"
-                % communication.name
-            )
-            limit = communication.within or 0.0
-            result.append(Parameter("goal_timeout/" + name, "number", limit, meaning, minimum=0.0))
-    return result
+    return [*_GENERAL, *(p for c in communications for _, p in _of_communication(c))]
+
+
+def _of_communication(communication: Communication) -> Iterator[tuple[str, Parameter]]:
+    """Yield the parameters of a communication, each with the field of the settings that it sets."""
+    name, own, sort = communication.name, parameter_name(communication.name), communication.sort
+    rate: Any = communication.rate
+    if communication.frames:
+        meaning = "how often %s comes at most, in Hz (0: with each of its links)"
+    elif rate == ONCE:
+        meaning, rate = "how often %s may be sent, in Hz (0: the default rate)", 0.0
+    else:
+        meaning, rate = "how often %s is repeated, in Hz (0: the default rate)", rate or 0.0
+    if communication.frames or sort not in _UNREPEATED:
+        yield "rates", Parameter("rate/" + own, "number", rate, meaning % name, (), 0.0, FASTEST)
+    timeout = _timeout(communication)
+    if timeout is not None:
+        meaning = _TIMEOUTS[sort] % name
+        yield (
+            "timeout",
+            Parameter("timeout/" + own, "number", timeout, meaning, minimum=SHORTEST_DURATION),
+        )
+    if sort == "action" and not isinstance(communication.within, str):
+        meaning = "deadline of an accepted goal of %s, in seconds (at least 0; 0: none)" % name
+        limit = communication.within or 0.0
+        yield (
+            "goal_timeout",
+            Parameter("goal_timeout/" + own, "number", limit, meaning, minimum=0.0),
+        )
 
 
 _UNREPEATED = ("outgoing", "outgoing service")
@@ -306,7 +306,10 @@ def read(
         ParameterError: values have the wrong type or are out of range; the text names all of them.
     """
     parameters = {p.name: p for p in (*declared(communications), *more)}
-    given = gathered(more, given)
+    if any(p.shape is not None for p in more):
+        from .shapes import gathered
+
+        given = gathered(more, given)
     if GENERAL_RATE in given and GENERAL_RATE not in parameters:
         given = {"rate" if name == GENERAL_RATE else name: value for name, value in given.items()}
     faults, warnings = _unknown(parameters, given, spelled, "" if strict else " is ignored")
@@ -322,6 +325,8 @@ def read(
         if parameter.type in ("integer", "number"):
             value = carried(value, parameter in more)
         if parameter.shape is not None:
+            from .shapes import ShapeFault, fitted
+
             try:
                 values[parameter.name] = fitted(value, parameter.shape, fault_of)
             except ShapeFault as misfit:
@@ -384,21 +389,14 @@ def _wrong_names(
 
 
 def _settings(communications: Sequence[Communication], values: dict[str, Any]) -> Settings:
-    timeouts = {}
-    goal_timeouts = {}
-    rates = {}
-    for communication in communications:
-        name = parameter_name(communication.name)
-        if communication.frames or communication.sort not in _UNREPEATED:
-            rates[communication.key] = values.pop("rate/" + name)
-        elif isinstance(communication.rate, float):
-            rates[communication.key] = communication.rate
-        if isinstance(communication.timeout, str):
-            timeouts[communication.key] = values["more"][communication.timeout]
-        elif "timeout/" + name in values:
-            timeouts[communication.key] = values.pop("timeout/" + name)
-        if isinstance(communication.within, str):
-            goal_timeouts[communication.key] = values["more"][communication.within]
-        elif communication.sort == "action":
-            goal_timeouts[communication.key] = values.pop("goal_timeout/" + name)
-    return Settings(timeout=timeouts, goal_timeout=goal_timeouts, rates=rates, **values)
+    found: dict[str, Any] = {"rates": {}, "timeout": {}, "goal_timeout": {}}
+    for c in communications:
+        # What the model says itself, by a parameter of its own or not.
+        if isinstance(c.rate, float):
+            found["rates"][c.key] = c.rate
+        for field, delay in (("timeout", c.timeout), ("goal_timeout", c.within)):
+            if isinstance(delay, str):
+                found[field][c.key] = values["more"][delay]
+        for field, parameter in _of_communication(c):
+            found[field][c.key] = values.pop(parameter.name)
+    return Settings(**found, **values)

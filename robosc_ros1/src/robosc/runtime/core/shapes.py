@@ -3,7 +3,8 @@
 
 A shape is "number", "integer", "boolean", "string", a list with the shape of the elements of an
 array, or a dict with those of the fields of an object. ROS 1 has such values whole; where a version
-of ROS has no name for them, they are given by the names of their parts: ``route.0.x``.
+of ROS has no name for them, they are given by the names of their parts: ``route.0.x``. A package
+has this if its model has such parameters.
 """
 
 from __future__ import annotations
@@ -95,12 +96,3 @@ def default_of(shape: Any) -> Any:
     if isinstance(shape, dict):
         return {name: default_of(inner) for name, inner in shape.items()}
     return [] if isinstance(shape, list) else _DEFAULTS[shape]
-
-
-def parts_by_name(name: str, value: Any) -> list[tuple[str, Any]]:
-    """Return the parts of a value that ROS 2 can carry, by their names: ``route/0/x``."""
-    if isinstance(value, (list, tuple)) and any(isinstance(v, (dict, list, tuple)) for v in value):
-        value = dict(enumerate(value))
-    if isinstance(value, dict):
-        return [p for n, v in value.items() for p in parts_by_name("%s/%s" % (name, n), v)]
-    return [(name, value)]

@@ -248,21 +248,16 @@ def event_document(entry: Entry) -> dict[str, Any]:
         "outcome": entry.outcome,
         "detail": entry.detail,
     }
-    if entry.reason is not None:
-        document["reason"] = entry.reason
-    if entry.shortened:
-        document["shortened"] = True
-    if entry.correction is not None:
-        document["corrected"] = entry.correction
-    if entry.effect is not None:
-        document["effect"] = entry.effect
-    if entry.reordered:
-        document["reordered"] = True
-    if entry.seen:
-        document["seen"] = True
-    if entry.blocked_by is not None:
-        document["blocked_by"] = entry.blocked_by
-    return document
+    more = {
+        "reason": entry.reason,
+        "shortened": entry.shortened or None,
+        "corrected": entry.correction,
+        "effect": entry.effect,
+        "reordered": entry.reordered or None,
+        "seen": entry.seen or None,
+        "blocked_by": entry.blocked_by,
+    }
+    return {**document, **{name: part for name, part in more.items() if part is not None}}
 
 
 def _short_event(document: dict[str, Any]) -> dict[str, Any]:

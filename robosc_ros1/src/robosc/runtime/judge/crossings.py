@@ -18,7 +18,6 @@ from collections import deque
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, NamedTuple, Sequence
 
-from ..core.clocks import Clocks, Deadline
 from ..core.engine_parts import BoundInput, EngineParts, Inputs
 from ..core.model import Command, Controller, Input
 from ..core.recorder import attribute_names, effect_of
@@ -26,8 +25,9 @@ from ..core.scheduler import ScheduledCommand
 from ..core.values import UNREADABLE, Mismatch
 from .seen import Seen
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a package has them if its model does
     from ..core.internal_transitions import InternalTransitions
+    from ..core.timers import Deadline, ModelTimers
 
 MOST = 64
 """The orders of a group that are followed at a time, beside the monitor's own."""
@@ -81,7 +81,7 @@ class Orderings:
         self,
         controller: Controller,
         transitions: InternalTransitions | None,
-        clocks: Clocks,
+        timers: ModelTimers | None,
         keys: frozenset[str],
         span: Callable[[], float],
         oldest: Callable[[], float | None],
@@ -89,7 +89,7 @@ class Orderings:
         self._state: State = vars(controller)
         self._bound = controller.STEP_BOUND
         self._transitions = transitions
-        self._clocks = clocks
+        self._timers = timers
         self._keys = keys
         self._span = span
         self._oldest = oldest
@@ -99,7 +99,7 @@ class Orderings:
         counters.update(entries for _, _, entries in controller.LASTING.values())
         self._compared = [name for name in self._attributes if name not in counters]
         rows = enumerate(controller.AFTERS)
-        self._timers = frozenset(index for index, row in rows if row.component in keys)
+        self._own_timers = frozenset(index for index, row in rows if row.component in keys)
         self._others: list[Ordering] = []
         self._recent: deque[tuple[SeenEvent, TimedState]] = deque(maxlen=_AHEAD)
         """The last events, each with the state before it."""
@@ -107,7 +107,8 @@ class Orderings:
 
     def moment(self) -> TimedState:
         """Return the present one, of which only what is of these events matters."""
-        return TimedState(self._part(), self._clocks.deadlines())
+        deadlines = () if self._timers is None else self._timers.deadlines()
+        return TimedState(self._part(), deadlines)
 
     def _part(self) -> State:
         state = self._state
@@ -168,7 +169,8 @@ class Orderings:
         self._recent.clear()
         state, deadlines = chosen.now
         self._state.update(state)
-        self._clocks.set_deadlines({index: deadlines[index] for index in self._timers})
+        if self._timers is not None:
+            self._timers.set_deadlines({index: deadlines[index] for index in self._own_timers})
         return frozenset(name for name in self._compared if state[name] != now.state[name])
 
     def _keep(self, orders: Iterable[Ordering]) -> None:
@@ -218,8 +220,10 @@ class Orderings:
                 yield Ordering(after, order.ahead)
 
     def _nearly_due(self, order: Ordering, span: float) -> list[int]:
-        due = self._clocks.nearly_due(order.now.deadlines, span) if self._timers else ()
-        return [timer for timer in due if timer in self._timers]
+        if self._timers is None:
+            return []
+        due = self._timers.nearly_due(order.now.deadlines, span)
+        return [timer for timer in due if timer in self._own_timers]
 
     def _precedes(self, one: SeenEvent, other: SeenEvent) -> bool:
         """Whether what was seen before something else also happened before it. A silence begins at
@@ -237,7 +241,9 @@ class Orderings:
         """Return the moment after something happened; None: it cannot happen in this one."""
         deadlines = moment.deadlines
         if seen.timer is not None:
-            deadlines = self._clocks.stopped(deadlines, seen.timer)
+            entries, _ = deadlines[seen.timer]
+            before, after = deadlines[: seen.timer], deadlines[seen.timer + 1 :]
+            deadlines = (*before, (entries, None), *after)
         now = self._part()
         undefined = self._state["undefined"]
         self._state.update(moment.state)
@@ -248,7 +254,9 @@ class Orderings:
             if self._transitions is not None:
                 for _ in islice(self._transitions.run(seen.writes), self._bound + 1):
                     pass
-            return TimedState(self._part(), self._clocks.followed(deadlines))
+            if self._timers is not None:
+                deadlines = self._timers.followed(deadlines)
+            return TimedState(self._part(), deadlines)
         finally:
             self._state.update(now, undefined=undefined)
 
@@ -262,7 +270,8 @@ class Orderings:
 
     def due(self, timer: int, time: float) -> SeenEvent:
         """Return the delayed transition of a timer."""
-        row, step = self._clocks.delayed(timer)
+        assert self._timers is not None
+        row, step = self._timers.all[timer].row, self._timers.all[timer].step
         writes = frozenset(row.writes)
         keys = frozenset([row.component])
         return SeenEvent(keys, "after %d" % timer, time, lambda: step() is not None, writes, timer)
@@ -315,7 +324,12 @@ class Crossings:
         parts.recorder.counters["reordered"] = 0
         for keys in map(frozenset, groups):
             orders = Orderings(
-                parts.controller, parts.transitions, parts.clocks, keys, self._span, self._oldest
+                parts.controller,
+                parts.transitions,
+                parts.clocks.timers,
+                keys,
+                self._span,
+                self._oldest,
             )
             self._orders.update(dict.fromkeys(keys, orders))
 

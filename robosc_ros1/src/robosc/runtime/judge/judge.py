@@ -13,6 +13,7 @@ from ..core.port import Port
 from ..core.reasons import CORRECTION, blocked_by, reason_text, violated
 from ..core.scheduler import ScheduledCommand
 from ..core.values import Mismatch, Undefined, not_finite
+from .fields import all_finite
 from .matching import CommandPattern, changed_fields
 
 Reasons = List[Dict[str, str]]
@@ -180,7 +181,9 @@ class Judge:
 
     def unfit(self, message: Any) -> Reasons:
         """Return why a message must not reach the robot in any state; empty if it may."""
-        found = not_finite(self._port.content(message)) if self._only_finite else None
+        if not self._only_finite:
+            return []
+        found = not_finite(self._port.content(message), all_finite)
         return [] if found is None else [{"kind": "number", "text": found}]
 
     def reasons(self, key: str, kind: str, data: tuple[Any, ...] = ()) -> Reasons:

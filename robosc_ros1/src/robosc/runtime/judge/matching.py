@@ -6,7 +6,8 @@ from __future__ import annotations
 from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
 
 from ..core.engine_parts import EngineParts
-from ..core.values import is_header, jsonable, leaves_of, only_field, parts_of, without_gaps
+from ..core.values import jsonable, only_field, parts_of, without_gaps
+from .fields import is_header, leaves_of
 
 Path = Tuple[str, ...]
 Row = Tuple[str, Tuple[Dict[str, Any], ...], Optional[Tuple[Path, Tuple[Any, ...]]]]

@@ -20,10 +20,10 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Any, Callable, Container, Iterable, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Container, Iterable, Sequence
 
 from ..core.calls import Failure
-from ..core.clocks import Timer, shortest
+from ..core.clocks import shortest
 from ..core.engine import Engine
 from ..core.engine_parts import BoundInput, Inputs, Item
 from ..core.inbox import Inbox
@@ -40,6 +40,9 @@ from .matching import CommandPattern, matching_pattern
 from .seen import Allowances, MonitorPort, Pending, Seen, SeenGoals
 from .shadowing import Shadow
 from .sight import Sight, Visibility
+
+if TYPE_CHECKING:
+    from ..core.timers import Timer
 
 
 class Monitoring:
@@ -452,7 +455,8 @@ class Monitoring:
         number = self._recorder.number
         self._engine.take_delayed(timer)
         if orders is not None and before is not None and self._recorder.number != number:
-            due = orders.due(self._parts.clocks.index_of(timer), self._moment())
+            assert self._parts.clocks.timers is not None
+            due = orders.due(self._parts.clocks.timers.all.index(timer), self._moment())
             orders.happened(due, before)
 
     def _as_sent(self, seen: Seen, command: ScheduledCommand, is_judged: bool) -> SeenEvent:

@@ -12,34 +12,21 @@ latest one did.
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Callable, Tuple
+from typing import Any, Callable
 
 from ..core.ages import seconds_of
-from ..core.calls import FAILED, LOST, REJECTED, Failure, replacing
+from ..core.calls import FAILED, LOST, Failure, replacing
+from ..core.goal_ends import ROS_1, ROS_2, End
 from .monitoring import Monitoring
 
 Handler = Callable[[Any], None]
-End = Tuple[str, Any]
-"""The kind of event of an end, and what it brings."""
-
-_FAILURES = {2: "preempted", 4: "aborted", 5: "rejected", 8: "recalled", 9: "lost by the server"}
-"""By the status of actionlib_msgs/GoalStatus."""
-_WORDS = {5: REJECTED, 9: LOST}
-"""What models call these reasons; the others: failed."""
-_SUCCEEDED = 3
-_ENDS = (_SUCCEEDED, *_FAILURES)
 _LATE = 1.0
 """Seconds after the status shows the end of a goal, after which its result counts as lost."""
 _EARLY = 10
 """The answers that are kept for goals that were not seen yet."""
-_WITH_RESULT = (2, 4)
-_CANCELLED = (2, 8)
 
 _RUNNING_2 = (1, 2, 3)
 _CANCELING_2 = 3
-_SUCCEEDED_2 = 4
-_CANCELLED_2 = 5
-_FAILURES_2 = {_CANCELLED_2: "canceled", 6: "aborted"}
 """By the status of action_msgs/GoalStatus."""
 
 
@@ -111,7 +98,7 @@ class SeenAction:
             self._end_kept()
         if not self._is_known(message, self._result):
             return
-        self._answer(message, *_end_of(message.status.status, message.result))
+        self._answer(message, *ROS_1.of(message.status.status, message.result))
 
     def _look(self, message: Any) -> None:
         """Notice that a server forgot the goal, or that it told the end, but no result came."""
@@ -125,11 +112,11 @@ class SeenAction:
         self._is_listed = True
         if not found:
             self._lose("error", "lost by the server", LOST)
-        elif found[0] in _ENDS:
+        elif _has_ended(found[0]):
             self._ended, self._told = self._ended or now, found[0]
             if now - self._ended >= _LATE:
-                kind = "cancelled" if found[0] in _CANCELLED else "error"
-                self._lose(kind, "no result came", _WORDS.get(found[0], FAILED))
+                kind = "cancelled" if found[0] in ROS_1.cancelled else "error"
+                self._lose(kind, "no result came", ROS_1.words.get(found[0], FAILED))
 
     def _look_for_replaced(self, told: Any, now: float) -> None:
         """Forget replaced goals that have ended, or of which the server does not know any more."""
@@ -137,7 +124,7 @@ class SeenAction:
         for goal, missing in list(self._replaced.items()):
             status = statuses.get(goal)
             self._replaced[goal] = 0.0 if status is not None else missing or now
-            if status in _ENDS or (missing and status is None and now - missing >= _LATE):
+            if _has_ended(status) or (missing and status is None and now - missing >= _LATE):
                 del self._replaced[goal]
         self._end_kept()
 
@@ -145,7 +132,7 @@ class SeenAction:
         """Take the end of the latest goal from the status, where the result is not read: who sends
         the next one has got it, though it may not have come here."""
         if self._ended and self._awaits_end and not self._replaces:
-            kind, payload = _end_of(self._told, None)
+            kind, payload = ROS_1.of(self._told, None)
             if not self._monitoring.reads(self._key, kind):
                 self._end(kind, payload)
 
@@ -182,14 +169,8 @@ class SeenAction:
         self._monitoring.answer(self._key, kind, payload, former)
 
 
-def _end_of(status: int, result: Any) -> End:
-    """Return what a goal ends with that has this status."""
-    if status == _SUCCEEDED:
-        return "response", result
-    reason = _FAILURES.get(status, "ended without result")
-    kind = "cancelled" if status in _CANCELLED else "error"
-    result = result if status in _WITH_RESULT else None
-    return kind, Failure(reason, result, _WORDS.get(status, FAILED))
+def _has_ended(status: int | None) -> bool:
+    return status == ROS_1.succeeded or status in ROS_1.failures
 
 
 class SeenActionOfRos2:
@@ -229,11 +210,8 @@ class SeenActionOfRos2:
             former = self._replaces and bool(self._latest) and goal != self._latest
             if status == _CANCELING_2 and not former:
                 self._monitoring.see(self._key, "cancel")
-            elif status == _SUCCEEDED_2:
-                self._ended("response", None, former, running)
-            elif status in _FAILURES_2:
-                kind = "cancelled" if status == _CANCELLED_2 else "error"
-                self._ended(kind, Failure(_FAILURES_2[status]), former, running)
+            elif status == ROS_2.succeeded or status in ROS_2.with_result:
+                self._ended(*ROS_2.of(status, None), former, running)
         self._end_kept(running)
         self._has_begun = True
 

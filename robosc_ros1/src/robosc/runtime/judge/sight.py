@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Callable, Container, Iterable, NamedTuple, Sequence, Tuple
 
-from ..core.clocks import TimeMonitor
+from ..core.clocks import NOT_BEGUN, STANDS, STANDSTILL, TimeMonitor
 from ..core.engine_parts import EngineParts
 from ..core.model import Controller
 from ..core.scheduler import ScheduledCommand
@@ -176,7 +176,7 @@ class Sight:
 
     def _found(self) -> list[str]:
         """Return the reasons, and remember what depends on what is not seen."""
-        faults = self._time_monitor.blinding() if self._needs_time else []
+        faults = self._blinding() if self._needs_time else []
         topics = self._unheard()
         if faults:
             self._hidden = None
@@ -184,6 +184,17 @@ class Sight:
             self._hidden = unknown_in(self._parts.controller, topics)
         names = sorted(set(topics.values()))
         return faults + ["nobody is connected that publishes " + name for name in names]
+
+    def _blinding(self) -> list[str]:
+        """Return the faults with which it is not known now what time it is in the model."""
+        clocks, replaced = self._parts.clocks, self._time_monitor.replaced
+        stood = clocks.look(self._parts.steady())
+        found = [] if replaced is None else [replaced]
+        if not clocks.has_begun:
+            found.append(NOT_BEGUN)
+        elif stood > (clocks.delays or (STANDSTILL,))[0]:
+            found.append(STANDS)
+        return found + self._time_monitor.unsteady()
 
     def _unheard(self) -> dict[str, str]:
         """Return the topics that nobody publishes of what decides, by key. Silence of a message

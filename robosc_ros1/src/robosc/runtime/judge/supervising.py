@@ -20,7 +20,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Callable, Sequence
 
 from ..core.calls import REFUSED, OwnEffects, Withheld
-from ..core.clocks import Timer
 from ..core.engine import HELD, Engine
 from ..core.engine_parts import BoundInput, Inputs
 from ..core.inbox import Inbox
@@ -51,7 +50,8 @@ from .judge import (
 from .matching import CommandPattern, matching_pattern
 from .sight import Sight
 
-if TYPE_CHECKING:  # a package has it if its model serves calls
+if TYPE_CHECKING:  # a package has them if its model does
+    from ..core.timers import Timer
     from ..served.relayed_calls import RelayedCalls
 
 
@@ -159,9 +159,9 @@ class Supervising:
             self.block(self._names[key], key, "request", reasons, checked)
             answer("blocked", reasons)
             return
-        kept = self._parts.calls.kept(key)
-        if kept is not None:
-            self._answer(*kept)
+        call = self._parts.calls.get(key)
+        if call is not None and call.end is not None:
+            self._answer(*call.end)
         was_open = key in self._parts.calls.open
         former, self._answers[key] = self._answers.pop(key, None), answer
         if not self.passes(key, "request", checked, key):

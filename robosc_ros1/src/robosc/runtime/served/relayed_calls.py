@@ -15,11 +15,11 @@ from typing import Any, NamedTuple, Protocol
 from ..core.calls import TIMEOUT, Failure, Missed, OpenRequest
 from ..core.engine_parts import EngineParts
 from ..core.model import SERVED
-from ..core.port import WaitingCall
 from ..core.reasons import reason_text
 from ..core.requests import Requests
 from ..judge.judge import UNCHECKED, CheckedCommand, Reasons, Repack, itself
 from .served_calls import ServedCalls
+from .waiting_call import WaitingCall
 
 
 class _Answer(NamedTuple):
@@ -96,28 +96,32 @@ class RelayedCalls:
     def miss(self, missed: Missed) -> None:
         """End a call whose answer has missed its deadline, unless the controller works on it."""
         key = missed.key
-        if missed.awaited:
+        call = self._calls.get(key)
+        if missed.awaited or call is None:
             self._requests.miss(missed)
         elif missed.word == TIMEOUT and self._parts.port.works(key):
-            self._calls.prolong(key, self._parts.steady())  # the controller may take its time
+            # The controller may take its time.
+            limit = self._parts.settings.timeout_of(key)
+            self._calls.prolong(call, self._parts.steady() + limit)
         else:
-            for token in self._calls.end(key):
+            for token in call.tokens:
                 self._parts.port.abandon(key, token)
+            self._calls.end(key)
             self._fail(key, missed.reason)
 
     def _answered(self, key: str, token: int, kind: str, payload: Any) -> None:
-        if not self._calls.is_current(key, token):
+        call = self._calls.get(key)
+        if call is None or call.token != token:
             self._parts.recorder.counters["late"] += 1
         elif kind == "feedback":
             self._report_progress(key, payload)
         else:
-            missed = self._calls.missed(key)
             self._calls.end(key)
             if kind == "response":
                 self._receive(key, payload)
             else:
                 failure = payload if isinstance(payload, Failure) else Failure(str(payload))
-                self._fail(key, failure.reason if missed is None else missed.reason)
+                self._fail(key, failure.reason if call.missed is None else call.missed.reason)
 
     def _report_progress(self, key: str, message: Any) -> None:
         checked, reasons = self._judge.check(key, "feedback", message, message, itself)

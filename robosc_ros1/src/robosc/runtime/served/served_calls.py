@@ -13,9 +13,9 @@ from typing import Any, Callable
 
 from ..core.engine_parts import BoundInput, EngineParts
 from ..core.places import place_of
-from ..core.port import WaitingCall
 from ..core.scheduler import ScheduledCommand
 from ..core.values import UNREADABLE, Mismatch, Undefined, not_finite, told_error
+from .waiting_call import WaitingCall
 
 
 class ServedCalls:

@@ -26,8 +26,10 @@ from robosc.runtime.core import calls, model, port, recorder, telemetry
 from robosc.runtime.core import model as runtime
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.operations import in_range
 from robosc.runtime.core.settings import ParameterError, Settings, read
-from robosc.runtime.core.values import Undefined, in_range
+from robosc.runtime.core.values import Undefined
+from robosc.runtime.served.waiting_call import WaitingCall
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import machine
 from robosc.simulate.machines.state import (
@@ -90,10 +92,10 @@ class Clockwork(port.Port):
         """What matters is in the recorder."""
 
 
-class _Call(port.WaitingCall):
+class _Call(WaitingCall):
     """A call of which the recorder has how it ended; ``accepted`` keeps it if it is taken."""
 
-    def __init__(self, accepted: dict[str, port.WaitingCall], key: str, check: Check) -> None:
+    def __init__(self, accepted: dict[str, WaitingCall], key: str, check: Check) -> None:
         self._accepted = accepted
         self._key = key
         self._check = check
@@ -199,7 +201,7 @@ class Execution:
 
     def _begin(self) -> None:
         self._engine = self._make()
-        self._called: dict[str, port.WaitingCall] = {}  # the latest that was accepted, by key
+        self._called: dict[str, WaitingCall] = {}  # the latest that was accepted, by key
         self._clock.accept = lambda key, token: self._engine.report(key, token, "accepted")
         replaced = calls.Failure("replaced")
         self._clock.ended = lambda key, token: self._engine.report(

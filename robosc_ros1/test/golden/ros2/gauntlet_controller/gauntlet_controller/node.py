@@ -12,6 +12,7 @@ from .model import MODEL
 from .ros import RosPort
 from .ros_actions import Action
 from .ros_calls import Service
+from .ros_heavy import heavy_input
 from .ros_node import run
 from .ros_tables import Tables
 
@@ -38,6 +39,7 @@ TABLES = Tables(
     actions=(
         ("/arm/reach", gauntlet_interfaces.action.Reach, "Arm.reach"),
     ),
+    heavy=heavy_input,
     service=Service,
     action=Action,
 )

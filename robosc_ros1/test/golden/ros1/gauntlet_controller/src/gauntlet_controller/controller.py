@@ -8,8 +8,10 @@ synchronise on it, a ``synchronises_`` method tells whether they enable it. The 
 References like gauntlet.rscd:1 are lines of the model.
 """
 
-from ._runtime.core.model import Command, Communication, Controller, Input, Requirement, Tau
-from ._runtime.core.values import Mismatch, divide, given, in_range, optional
+from ._runtime.core.internal_transitions import Tau
+from ._runtime.core.model import Command, Communication, Controller, Input, Requirement
+from ._runtime.core.operations import divide, given, in_range, optional
+from ._runtime.core.values import Mismatch
 
 
 def front(value, undefined):

@@ -9,6 +9,7 @@ from .controller import GauntletController
 from .model import MODEL
 from .monitor import MonitorPort
 from .monitor_tables import MonitorTables
+from .ros_heavy import heavy_input
 from .ros_node import run
 
 TABLES = MonitorTables(
@@ -75,6 +76,7 @@ TABLES = MonitorTables(
             "Speaker.shout",
         ),
     ),
+    heavy=heavy_input,
 )
 # Defaults of parameters that differ from those of the runtime.
 DEFAULTS = {}

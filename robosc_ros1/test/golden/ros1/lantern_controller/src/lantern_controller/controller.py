@@ -8,7 +8,8 @@ synchronise on it, a ``synchronises_`` method tells whether they enable it. The 
 References like lantern.rscd:1 are lines of the model.
 """
 
-from ._runtime.core.model import Command, Communication, Controller, Input, Requirement, Tau
+from ._runtime.core.internal_transitions import Tau
+from ._runtime.core.model import Command, Communication, Controller, Input, Requirement
 
 
 def light(value):

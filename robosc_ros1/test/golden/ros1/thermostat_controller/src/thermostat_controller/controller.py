@@ -8,16 +8,10 @@ synchronise on it, a ``synchronises_`` method tells whether they enable it. The 
 References like thermostat.rscd:1 are lines of the model.
 """
 
-from ._runtime.core.model import (
-    After,
-    Command,
-    Communication,
-    Controller,
-    Input,
-    Parameter,
-    Requirement,
-)
-from ._runtime.core.values import Mismatch, divide
+from ._runtime.core.model import Command, Communication, Controller, Input, Parameter, Requirement
+from ._runtime.core.operations import divide
+from ._runtime.core.timers import After
+from ._runtime.core.values import Mismatch
 
 
 def season(value, wanted):
