@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TextIO
@@ -24,13 +24,13 @@ def main(words: Sequence[str] | None = None) -> int:
     try:
         try:
             words = sys.argv[1:] if words is None else words
-            parser = _parser()
             if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
                 import argcomplete
 
-                argcomplete.autocomplete(parser)
+                argcomplete.autocomplete(_parser(VERBS))
             _know_verb(words)
-            return _guarded(parser.parse_args(words))
+            asked = [verb for verb in VERBS if words[:1] == [verb.name]]
+            return _guarded(_parser(asked or VERBS).parse_args(words))
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:
@@ -85,7 +85,9 @@ def _know_verb(words: Sequence[str]) -> None:
         raise SystemExit(errors.UsageError.exit_code)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(known: Iterable[Verb]) -> argparse.ArgumentParser:
+    """Return what reads a command line with one of some verbs: all of them take as long as the
+    start of Python."""
     parser = argparse.ArgumentParser(
         prog="robosc",
         description="From a model of a robot to a controller that is proven to keep it safe.",
@@ -93,7 +95,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"robosc {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
-    for verb in VERBS:
+    for verb in known:
         sub = verbs.add_parser(
             verb.name,
             help=verb.summary,

@@ -7,9 +7,9 @@ hold that each code has a faulty model with its exact output.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from robosc.errors import Severity
+from robosc.lazy_dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)

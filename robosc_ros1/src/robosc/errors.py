@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 
 from robosc import limits, remedies, source
+from robosc.lazy_dataclasses import dataclass
 
 
 class Severity(Enum):

@@ -10,9 +10,9 @@ from __future__ import annotations
 import keyword
 import re
 import sys
-from dataclasses import dataclass
 
 from robosc import limits
+from robosc.lazy_dataclasses import dataclass
 
 IDENTIFIER = r"[A-Za-z_][A-Za-z0-9_]*"
 """An identifier as a regular expression, without the escape ``^``."""

@@ -6,9 +6,11 @@ Each kind is carried out by a rule of :mod:`robosc.lsp.actions`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from typing import TypeAlias
+
+from robosc.lazy_dataclasses import dataclass
 
 
 class Change(Enum):

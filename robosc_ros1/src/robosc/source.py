@@ -10,10 +10,12 @@ import re
 import sys
 from bisect import bisect_left, bisect_right
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import BinaryIO
+
+from robosc.lazy_dataclasses import dataclass
 
 MODEL_SUFFIXES = (".rscd", ".rsc")
 """The ends of the names of model files; the second is that of the original tool."""

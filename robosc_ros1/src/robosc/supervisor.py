@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, TypeAlias
 
 from robosc import errors, source
 from robosc.expr import tree, types
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.part_names import PartNames
 

@@ -11,13 +11,14 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robosc import __version__, arguments, codes, console, errors, model_files, names, pipeline
+from robosc.lazy_dataclasses import dataclass
 from robosc.resources import diagnostics_page, section
 from robosc.source import MODEL_SUFFIXES
 

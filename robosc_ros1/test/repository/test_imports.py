@@ -18,7 +18,7 @@ import pytest
 from ros_support import EXAMPLES, SOURCES
 
 ORDER = (
-    "limits", "remedies", "source", "errors", "codes", "names", "dotted", "resources", "progress", "runtime", "language", "syntax", "expr",
+    "lazy_dataclasses", "limits", "remedies", "source", "errors", "codes", "names", "dotted", "resources", "progress", "runtime", "language", "syntax", "expr",
     "model", "plant", "supervisor", "synthesis", "emit", "simulate", "traces", "view", "new", "evidence", "pipeline", "report", "interface", "lsp", "agents",
     "model_files", "arguments", "console", "verbs", "cli", "start", "executables", "__main__",
 )  # fmt: skip

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from robosc.emit.supervisor.command_recognition import command_matches
 from robosc.expr import types
 from robosc.language import events, tokens
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Communication, Robot
 from robosc.source import Source, Span
 

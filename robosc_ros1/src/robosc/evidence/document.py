@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import date
 from hashlib import sha256
 from pathlib import Path
@@ -15,6 +14,7 @@ from robosc.emit.controller.naming import place
 from robosc.emit.package.rendering import instantiated
 from robosc.errors import Diagnostic, UsageError
 from robosc.evidence.runs import RecordedRun, RecordedRuns, RequirementRecord
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Assumption, Goal, Requirement, Robot
 from robosc.plant.model_text import to_dsl
 from robosc.supervisor import Supervisor

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
+from robosc.lazy_dataclasses import dataclass
 from robosc.progress import Progress
 from robosc.runtime.core import model, reasons
 from robosc.simulate.bags.judgement import judge

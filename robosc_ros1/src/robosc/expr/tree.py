@@ -10,11 +10,12 @@ from an expression bottom-up (a value, a text, the states where it holds) is an 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar, TypeAlias, cast
 
 from robosc.expr import types
 from robosc.language import functions, operators
+from robosc.lazy_dataclasses import dataclass
 from robosc.runtime.core.settings import parameter_name
 from robosc.source import Span
 

@@ -7,8 +7,10 @@ stands for "no value".
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeAlias
+
+from robosc.lazy_dataclasses import dataclass
 
 Value: TypeAlias = bool | int | float | str
 

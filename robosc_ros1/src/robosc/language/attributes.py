@@ -5,8 +5,9 @@ Each attribute is a field of the syntax node of its communication.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from robosc.lazy_dataclasses import dataclass
 
 
 class Value(Enum):

@@ -8,9 +8,10 @@ such a communication is possible in some phases and leads to one.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Literal, TypeAlias
+
+from robosc.lazy_dataclasses import dataclass
 
 Direction: TypeAlias = Literal["request", "response", "feedback"]
 """The data of a communication: what is sent, what comes back, and what is reported meanwhile."""

@@ -8,13 +8,13 @@ server and the highlighting of editors read this table.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 
 from robosc.language.attributes import ATTRIBUTES
 from robosc.language.events import words_of_events
 from robosc.language.operators import symbols
+from robosc.lazy_dataclasses import dataclass
 
 
 class Role(Enum):

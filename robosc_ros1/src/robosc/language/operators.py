@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
 
+from robosc.lazy_dataclasses import dataclass
 from robosc.runtime.core.operations import divide, remainder
 from robosc.runtime.core.values import widen
 

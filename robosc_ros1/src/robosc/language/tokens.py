@@ -11,12 +11,12 @@ from __future__ import annotations
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 
 from robosc import errors, limits, remedies
 from robosc.language.keywords import KEYWORDS, UNITS, Role, words_of
 from robosc.language.operators import infix_signs, symbols
+from robosc.lazy_dataclasses import dataclass
 from robosc.source import Source, Span
 
 _PLAIN, INTEGER, NUMBER, BAD_NUMBER, STRING = "n", "0", "1", "9", "s"

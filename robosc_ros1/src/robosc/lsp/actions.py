@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 
 from robosc import dotted, errors, remedies
+from robosc.lazy_dataclasses import dataclass
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.ros_definitions import fits
 from robosc.source import Source, Span

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
 
 from robosc import errors, limits
+from robosc.lazy_dataclasses import dataclass
 from robosc.lsp.completion.context import Context, Landmarks, context_at
 from robosc.lsp.ros_definitions import carriers
 from robosc.model import file_resolver, resolve

@@ -5,10 +5,10 @@ from __future__ import annotations
 import textwrap
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from robosc.language import events, functions, keywords, operators
 from robosc.language.tokens import Tokens, is_word, tokenize
+from robosc.lazy_dataclasses import dataclass
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.ros_definitions import definition_file, field_place, interface_of
 from robosc.lsp.synthesis_process import Derived

@@ -12,7 +12,6 @@ import contextlib
 import logging
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
 
 from robosc import errors, limits, pipeline, resources
+from robosc.lazy_dataclasses import dataclass
 from robosc.lsp import positions, protocol
 from robosc.lsp.analysis import Analysis, Workspace
 from robosc.lsp.synthesis_process import Derived, command, derived_from, moved, request_for

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 from robosc.language.attributes import TRANSFORM
 from robosc.language.tokens import tokenize
+from robosc.lazy_dataclasses import dataclass
 from robosc.lsp.analysis import Analysis, Workspace
 from robosc.model.names.occurrences import kind_of
 from robosc.source import Source, Span

@@ -13,12 +13,13 @@ import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robosc import errors, limits, remedies
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.source import Source, Span, common_ends
 
 if TYPE_CHECKING:

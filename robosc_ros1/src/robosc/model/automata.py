@@ -6,10 +6,11 @@ The span of an entity with a name is that of the name; of others, that of the wh
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from robosc.expr import tree, types
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.runtime.core.places import stands_in
 from robosc.source import Span
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Literal, TypeAlias
 
 from robosc.expr import traversal, tree, types
 from robosc.expr.identity_cache import IdentityCache
 from robosc.language import events
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import automata, diagnostics
 from robosc.names import Copy
 from robosc.runtime.core.places import stage_of

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any, Protocol, TypeVar
 
 from robosc.expr import tree, undefined_data
 from robosc.expr.tree import Expr
 from robosc.expr.types import EnumType, Type
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import automata, diagnostics, entities
 from robosc.model.checks import command_data, exclusive, freshness, stopping, unused, used_fields
 from robosc.model.checks.undefined_data import check_indexes, check_undefined_data

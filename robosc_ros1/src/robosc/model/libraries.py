@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from robosc import errors, resources
+from robosc.lazy_dataclasses import dataclass
 from robosc.names import IDENTIFIER
 from robosc.source import MODEL_SUFFIXES, Source
 from robosc.syntax.parser import read_source

@@ -10,11 +10,12 @@ one run reports every error, and each once.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from robosc import limits, remedies
 from robosc.errors import Diagnostic, Note, Severity, at_most, has_errors, sort_diagnostics
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import entities, file_resolver
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of

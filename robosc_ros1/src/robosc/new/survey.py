@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
 
+from robosc.lazy_dataclasses import dataclass
 from robosc.new.frames import RobotFrame
 
 Nodes = Mapping[str, Collection[str]]

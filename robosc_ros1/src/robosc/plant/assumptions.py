@@ -10,13 +10,13 @@ engines need no notion of it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from robosc.expr import tree, types
 from robosc.expr.traversal import reads_value, within
 from robosc.expr.undefined_data import known_condition
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Assumption, Communication, Robot
 from robosc.plant import logic, preconditions
 

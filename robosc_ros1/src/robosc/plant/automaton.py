@@ -13,7 +13,7 @@ defines the effect of an event in a state; the engines compile it into faster fo
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from functools import cached_property
 from itertools import product
@@ -21,6 +21,7 @@ from typing import TypeAlias
 
 from robosc.expr import identity_cache, tree, types
 from robosc.language.events import EventKind, active_names, command_key, named_phases
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.automata import Assignment
 from robosc.model.entities import Robot
 from robosc.plant import assumptions, counting, logic, partial_evaluation

@@ -4,10 +4,10 @@ back."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from robosc import dotted
 from robosc.expr import traversal, tree, types
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Requirement, Robot
 from robosc.plant import logic, model_text
 

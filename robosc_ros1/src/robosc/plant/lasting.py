@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from robosc.expr import traversal, tree, undefined_data
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import automata, entities
 from robosc.plant.logic import conjunction, simplified
 from robosc.plant.preconditions import EventCase, Owner, after_event, cases_of, cases_of_step

@@ -7,7 +7,7 @@ does.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import product
 from typing import TypeAlias
 
@@ -15,6 +15,7 @@ from robosc.expr import tree, types
 from robosc.expr.traversal import may_be_undefined, rewritten, walk, with_operands
 from robosc.expr.undefined_data import defined, known_condition
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.automata import Assignment, Transition
 from robosc.model.entities import Communication, Component, Robot
 from robosc.plant.logic import conjunction, disjunction, negation

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from robosc import errors, limits, source
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 
 _KINDS = (*(kind.word for kind in EventKind), "stop", "state", "operator")
 _OUTCOMES = (

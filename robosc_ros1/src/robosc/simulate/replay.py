@@ -9,13 +9,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 from robosc.errors import UsageError, counted
 from robosc.expr import traversal, tree, types
 from robosc.expr.traversal import all_names, path_text
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Robot
 from robosc.model.typing.compatibility import describe
 from robosc.plant import automaton, event_values

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
@@ -19,6 +18,7 @@ from pyparsing import ParserElement
 
 from robosc import errors, limits
 from robosc.language.keywords import starts_of
+from robosc.lazy_dataclasses import dataclass
 from robosc.remedies import meant
 from robosc.syntax.elements import ended
 from robosc.syntax.nodes import ImportNode

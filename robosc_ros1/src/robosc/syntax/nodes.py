@@ -6,44 +6,23 @@ differ in layout and comments only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from functools import cache
-from typing import Any, Literal, TypeAlias
+from dataclasses import field
+from typing import Literal, TypeAlias
 
 from robosc.language.events import Folder
+from robosc.lazy_dataclasses import dataclass
 from robosc.names import Copy
 from robosc.source import Span
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class _Node:
     """What all nodes have: the range of the text that they stand for."""
 
     span: Span = field(compare=False, repr=False, kw_only=True)
 
-    # One each: those that dataclass would make for every node take a tenth of a short command.
 
-    def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and _compared(self) == _compared(other)
-
-    def __hash__(self) -> int:
-        return hash((type(self), *_compared(self)))
-
-    def __repr__(self) -> str:
-        shown = (f"{f.name}={getattr(self, f.name)!r}" for f in fields(self) if f.repr)
-        return f"{type(self).__name__}({', '.join(shown)})"
-
-
-def _compared(node: Any) -> tuple[object, ...]:
-    return tuple(getattr(node, name) for name in _names_compared(node.__class__))
-
-
-@cache
-def _names_compared(kind: Any) -> tuple[str, ...]:
-    return tuple(f.name for f in fields(kind) if f.compare)
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class Name(_Node):
     """An identifier, without the escape ``^``."""
 
@@ -58,7 +37,7 @@ class Name(_Node):
 # --- expressions ---------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class LiteralNode(_Node):
     """``true``, ``42``, ``4.25`` or ``"text"``; a bool, int, float or str accordingly."""
 
@@ -76,7 +55,7 @@ class LiteralNode(_Node):
         return hash((type(self.value), self.value))
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class Access(_Node):
     """``a.b[0].c``: a name (``value`` included), then members as Name and indexes as int.
 
@@ -89,7 +68,7 @@ class Access(_Node):
     index: ExprNode | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class UnaryNode(_Node):
     """``!operand`` or ``-operand``."""
 
@@ -97,7 +76,7 @@ class UnaryNode(_Node):
     operand: ExprNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class BinaryNode(_Node):
     """``left operator right``, an operator of :data:`robosc.language.operators.BINARY`."""
 
@@ -107,7 +86,7 @@ class BinaryNode(_Node):
     operator_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class DurationNode(_Node):
     """``0.5 s``: a number with a unit of time."""
 
@@ -115,7 +94,7 @@ class DurationNode(_Node):
     unit: str
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class CallNode(_Node):
     """``abs(x)``, ``Way(value.x)`` or ``Library.Way(value.x)``."""
 
@@ -123,7 +102,7 @@ class CallNode(_Node):
     arguments: tuple[ExprNode, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class AggregateNode(_Node):
     """``any(element for variable in array if condition)``, and ``function`` for ``any``.
 
@@ -140,7 +119,7 @@ class AggregateNode(_Node):
     position: Name | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class InNode(_Node):
     """``operand in { a, b }``."""
 
@@ -148,7 +127,7 @@ class InNode(_Node):
     values: tuple[ExprNode, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ElementNode(_Node):
     """``array[index]`` with a computed index."""
 
@@ -156,7 +135,7 @@ class ElementNode(_Node):
     index: ExprNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class SliceNode(_Node):
     """``array[first..last]``, both ends included."""
 
@@ -165,7 +144,7 @@ class SliceNode(_Node):
     last: ExprNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class MemberNode(_Node):
     """A part of a computed object: ``a[i].x`` is the part ``x`` of the element ``a[i]``."""
 
@@ -173,7 +152,7 @@ class MemberNode(_Node):
     path: tuple[Name | int, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ArrayNode(_Node):
     """``[a, b]``; in provided data the elements may be objects."""
 
@@ -199,7 +178,7 @@ ExprNode: TypeAlias = (
 # --- types ---------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class BasicTypeNode(_Node):
     """``string``, ``boolean``, ``double``, ``none`` or ``integer``; bounds only for the last, and
     for the ``double`` of a parameter."""
@@ -208,14 +187,14 @@ class BasicTypeNode(_Node):
     bounds: tuple[int, int] | tuple[float, float] | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ArrayTypeNode(_Node):
     """``array(element)``."""
 
     element: TypeNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class NamedTypeNode(_Node):
     """A type by name, perhaps of a library: ``Way``, ``Library.Way``, also ``duration``."""
 
@@ -223,7 +202,7 @@ class NamedTypeNode(_Node):
     library: Name | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class RosTypeNode(_Node):
     """``package/Type`` or ``package/msg/Type``: a type that a ROS package defines.
 
@@ -245,7 +224,7 @@ TypeNode: TypeAlias = BasicTypeNode | ArrayTypeNode | NamedTypeNode | RosTypeNod
 # --- data types and interfaces -------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class PropertyNode(_Node):
     """``name: type`` in an object."""
 
@@ -253,7 +232,7 @@ class PropertyNode(_Node):
     type: TypeNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ObjectNode(_Node):
     """``datatype object name { … }``."""
 
@@ -261,7 +240,7 @@ class ObjectNode(_Node):
     properties: tuple[PropertyNode, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class EnumRuleNode(_Node):
     """``condition -> value``; the ``default`` rule has no condition."""
 
@@ -269,7 +248,7 @@ class EnumRuleNode(_Node):
     value: Name
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class EnumNode(_Node):
     """``datatype enum name from source to { … }``."""
 
@@ -278,7 +257,7 @@ class EnumNode(_Node):
     rules: tuple[EnumRuleNode, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class InterfaceNode(_Node):
     """``interface name use type from package``."""
 
@@ -287,7 +266,7 @@ class InterfaceNode(_Node):
     package: Name
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class RateNode(_Node):
     """``20 Hz``: how often a command is sent."""
 
@@ -297,14 +276,14 @@ class RateNode(_Node):
 # --- communications ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class StringNode(_Node):
     """The string of an ``identifier:`` or ``prefix:``, or a title, escapes replaced."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class MessageNode(_Node):
     """``incoming message name with …`` or ``outgoing message name with …``."""
 
@@ -319,7 +298,7 @@ class MessageNode(_Node):
     stop: Name | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class TransformNode(MessageNode):
     """``outgoing transform name with from: source, to: target``; its type is that of transforms."""
 
@@ -327,7 +306,7 @@ class TransformNode(MessageNode):
     target: StringNode | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ServiceNode(_Node):
     """``service name with …``; written with ``type:``, the two types are its parts 0 and 1."""
 
@@ -341,12 +320,12 @@ class ServiceNode(_Node):
     rate: RateNode | Name | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ServedServiceNode(ServiceNode):
     """``outgoing service name with …``: the component calls it, the controller serves it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ActionNode(_Node):
     """``action name with …``; written with ``type:``, the three types are its parts."""
 
@@ -363,7 +342,7 @@ class ActionNode(_Node):
     goals: Name | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ServedActionNode(ActionNode):
     """``outgoing action name with …``: the component calls it, the controller serves it."""
 
@@ -374,7 +353,7 @@ CommunicationNode: TypeAlias = MessageNode | ServiceNode | ActionNode
 # --- names for values ---------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ConstantNode(_Node):
     """``constant name: type = value``."""
 
@@ -383,7 +362,7 @@ class ConstantNode(_Node):
     value: DataNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ParameterNode(_Node):
     """``parameter name: type = value``; without a value, it must be given when the node starts."""
 
@@ -392,7 +371,7 @@ class ParameterNode(_Node):
     value: DataNode | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ConditionNode(_Node):
     """``condition name = value``, or ``condition name = value for duration``."""
 
@@ -401,7 +380,7 @@ class ConditionNode(_Node):
     duration: ExprNode | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class FunctionNode(_Node):
     """``function name(argument: type, …): type = value``; the value may be an object."""
 
@@ -416,7 +395,7 @@ ValueNode: TypeAlias = ConstantNode | ParameterNode | ConditionNode
 # --- behaviour -----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class VariableNode(_Node):
     """``variable name: type = initial``, perhaps with ``persistent`` before it."""
 
@@ -426,7 +405,7 @@ class VariableNode(_Node):
     initial: ExprNode | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class AssignmentNode(_Node):
     """``target := value``."""
 
@@ -434,12 +413,12 @@ class AssignmentNode(_Node):
     value: ExprNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ElseNode(_Node):
     """``else`` in the place of a guard."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ResultTransitionNode(_Node):
     """``on EVENT, … from|to COMMUNICATION if … do … goto …``; names may be qualified.
 
@@ -453,7 +432,7 @@ class ResultTransitionNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class TauNode(_Node):
     """``transition if … do … goto …``: an internal transition."""
 
@@ -462,7 +441,7 @@ class TauNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class AfterNode(_Node):
     """``after DURATION if … do … goto …``."""
 
@@ -472,7 +451,7 @@ class AfterNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class PerformsNode(_Node):
     """``performs communication meanwhile with data then do … goto …``.
 
@@ -486,7 +465,7 @@ class PerformsNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class EffectNode(_Node):
     """``do … goto …``."""
 
@@ -494,7 +473,7 @@ class EffectNode(_Node):
     goto: Name | Access | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class RetryNode(_Node):
     """``retry 2 times every 5 s goto … else do … goto …``; ``finally_`` stands behind ``else``."""
 
@@ -504,7 +483,7 @@ class RetryNode(_Node):
     finally_: EffectNode | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class StateNode(_Node):
     """``initial marked state name { … }``; one that performs a command needs no braces.
 
@@ -525,14 +504,14 @@ class StateNode(_Node):
         return tuple(item for item in self.items if isinstance(item, StateNode))
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class BehaviourNode(_Node):
     """``behaviour { … }``; items in source order, which numbers the internal transitions."""
 
     items: tuple[VariableNode | StateNode | ResultTransitionNode | TauNode, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class RangeNode(_Node):
     """``first..last``, both ends included."""
 
@@ -540,7 +519,7 @@ class RangeNode(_Node):
     last: int
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ComponentNode(_Node):
     """``component name { … }``, or the indexed component ``component name[1..6] { … }``.
 
@@ -564,7 +543,7 @@ class ComponentNode(_Node):
     copy: Copy | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ArgumentNode(_Node):
     """``name: value`` behind the ``with`` of an import."""
 
@@ -572,7 +551,7 @@ class ArgumentNode(_Node):
     value: ExprNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ImportNode(_Node):
     """``component name from library import component with prefix: "…", radius: 0.2``.
 
@@ -591,7 +570,7 @@ class ImportNode(_Node):
 # --- requirements and data -----------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ExceptNode(_Node):
     """``except a``: what is left out of the group before it."""
 
@@ -602,7 +581,7 @@ Group: TypeAlias = tuple[Access | ExceptNode, ...]
 """``a``, ``{ a, b }``, ``all`` or a component, and perhaps, at the end, what is left out."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class Repeated:
     """Which copy of a statement this is: the values of the variables of the ``for`` around it (of
     ``index`` in an indexed component).
@@ -617,7 +596,7 @@ class Repeated:
         return ", ".join(f"{name} = {value}" for name, value in self.values)
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class RequirementNode(_Node):
     """``c needs e``, ``e disables c``, ``never e`` or ``always e`` (no communications).
 
@@ -633,7 +612,7 @@ class RequirementNode(_Node):
     repeated: Repeated | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class PossibleNode(_Node):
     """``requirement possible e from f while g``; ``origin`` is f and ``along`` is g.
 
@@ -647,7 +626,7 @@ class PossibleNode(_Node):
     repeated: Repeated | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class RequirementsNode(_Node):
     """``requirement "…" { … }``: requirements without the word, which have the title in common."""
 
@@ -655,7 +634,7 @@ class RequirementsNode(_Node):
     statements: tuple[RequirementNode | PossibleNode, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class AssumeNode(_Node):
     """``assume c needs e``, ``assume always e`` or ``assume never e`` (no communication).
 
@@ -669,7 +648,7 @@ class AssumeNode(_Node):
     repeated: Repeated | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class DataFieldNode(_Node):
     """``name: value`` in provided data."""
 
@@ -677,7 +656,7 @@ class DataFieldNode(_Node):
     value: DataNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class DataObjectNode(_Node):
     """``{ name: value, … }`` in provided data."""
 
@@ -687,7 +666,7 @@ class DataObjectNode(_Node):
 DataNode: TypeAlias = DataObjectNode | ExprNode
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class OtherwiseNode(_Node):
     """``else with data if condition`` of a provide statement."""
 
@@ -695,7 +674,7 @@ class OtherwiseNode(_Node):
     condition: ExprNode | None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ProvideNode(_Node):
     """``provide communication with data if condition``, and what is sent ``otherwise``."""
 
@@ -705,7 +684,7 @@ class ProvideNode(_Node):
     otherwise: tuple[OtherwiseNode, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class PreferNode(_Node):
     """``prefer a over b`` or ``prefer { a, b } over c``."""
 
@@ -714,14 +693,14 @@ class PreferNode(_Node):
     title: StringNode | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class StopNode(_Node):
     """``stop with communication``, or ``stop with nothing``."""
 
     communication: Access
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class ForNode(_Node):
     """``for variable in 1..6 { … }`` around statements of a robot."""
 
@@ -754,7 +733,7 @@ DeclarationNode: TypeAlias = (
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
 class FileNode(_Node):
     """A whole file: one robot or one library, its declarations in source order.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal, TypeAlias, cast
 
 from robosc import limits, source
 from robosc.language import tokens
 from robosc.language.operators import BINARY, PYTHON_ATOM, UNARY
+from robosc.lazy_dataclasses import dataclass
 from robosc.syntax import leaves, nodes
 from robosc.syntax.parse_state import Fault, ParseState
 

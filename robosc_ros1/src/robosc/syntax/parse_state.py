@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -16,6 +15,7 @@ from pyparsing import ParseBaseException, ParserElement, ParseSyntaxException
 from robosc import limits, remedies, source
 from robosc.errors import Diagnostic, Note, Severity
 from robosc.language.tokens import BAD_NUMBER, Tokens, is_word
+from robosc.lazy_dataclasses import dataclass
 from robosc.syntax.pyparsing_names import parse_string
 from robosc.syntax.recovery.advice import advice
 

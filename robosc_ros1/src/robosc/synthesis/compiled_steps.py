@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from typing import Any, TypeAlias
 
@@ -28,6 +27,7 @@ from robosc.expr.tree import (
 )
 from robosc.expr.types import EnumType
 from robosc.language.functions import HELPERS
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, PlantState
 from robosc.plant.data.classes import Classes
 from robosc.plant.python_text import to_python

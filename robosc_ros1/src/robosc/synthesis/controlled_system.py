@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
@@ -17,6 +16,7 @@ from robosc.errors import StateSpaceError
 from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Literal, StateRef
 from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import (
     Edge,
     Event,

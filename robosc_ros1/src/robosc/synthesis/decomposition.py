@@ -10,12 +10,13 @@ a command of one that is preferred to a command of the other.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import astuple, field, replace
 from math import prod
 from typing import TypeAlias
 
 from robosc import dotted
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event, Plant, PlantGoal, VariableKind
 from robosc.plant.data.disjoint_sets import DisjointSets
 from robosc.plant.data.view import sent_wholes

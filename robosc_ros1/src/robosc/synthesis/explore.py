@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
 from typing import TypeVar
 
 from robosc import limits
 from robosc.errors import StateSpaceError
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.step import Values
 from robosc.supervisor import Supervisor

@@ -10,10 +10,11 @@ search serves all that is to be explained.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, Protocol, TypeAlias
 
 from robosc import limits
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Plant, PlantState
 from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.explicit.explicit_engine import (

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from itertools import groupby
 
 from robosc.expr.traversal import path_text
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.step import Values, valuations
 from robosc.supervisor import Step

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from robosc.errors import Diagnostic, listing
 from robosc.expr.tree import FALSE, TRUE
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Plant
 from robosc.progress import Progress
 from robosc.supervisor import Explanation, Guard, Supervisor

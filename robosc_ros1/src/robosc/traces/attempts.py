@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.runtime.core.values import Undefined
 from robosc.simulate.faults import InvalidLine
 from robosc.traces.coverage import Case, Coverage

@@ -8,7 +8,6 @@ nothing else would stand in the way.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
@@ -16,6 +15,7 @@ from robosc.emit.controller.naming import place
 from robosc.expr.tree import TRUE, Expr, Operation
 from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import data_expressions
 from robosc.plant.logic import exact
 from robosc.plant.model_text import to_dsl

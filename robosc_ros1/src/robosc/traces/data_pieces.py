@@ -4,12 +4,13 @@ some elements and not those beside them."""
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from robosc.expr.traversal import walk, with_operands
 from robosc.expr.tree import Aggregate, Binary, Call, Expr, Literal, Operation, Unary
 from robosc.expr.types import BooleanType
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Data, data_expressions
 from robosc.plant.logic import exact
 from robosc.runtime.core.values import Undefined

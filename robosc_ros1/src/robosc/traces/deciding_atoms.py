@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import compress
 from typing import Any, TypeAlias
@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import Aggregate, Binary, ElementRef, Expr, Holds, Literal, Unary, ValueRef
 from robosc.expr.types import BooleanType, DoubleType, IntegerType
+from robosc.lazy_dataclasses import dataclass
 from robosc.runtime.core.values import Undefined
 from robosc.traces.exact_steps import (
     NOTHING,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import compress
 from operator import is_not, itemgetter
@@ -41,6 +40,7 @@ from robosc.expr.tree import (
 from robosc.expr.types import DoubleType, IntegerType
 from robosc.language.events import EventKind
 from robosc.language.reasons import REFUSED
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Data, DataArray, DataObject, Provide, data_expressions
 from robosc.plant.acceptance import resets_of
 from robosc.plant.automaton import Event, LocalAutomaton, VariableKind

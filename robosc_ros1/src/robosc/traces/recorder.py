@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import islice
 from typing import Any
 
@@ -17,6 +17,7 @@ from robosc.expr.traversal import path_text
 from robosc.expr.tree import ParameterRef
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType, Type
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event
 from robosc.runtime.core.places import place_of, stage_of, stands_in
 from robosc.runtime.core.settings import parameter_name

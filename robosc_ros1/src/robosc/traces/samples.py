@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import pairwise, permutations
 from typing import Any
 
@@ -31,6 +30,7 @@ from robosc.expr.types import (
 )
 from robosc.language.events import EventKind, Kind
 from robosc.language.reasons import FAILED
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts, value_type

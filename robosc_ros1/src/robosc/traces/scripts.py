@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -17,6 +17,7 @@ from robosc.emit.supervisor.listening import unheard
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.expr.tree import FALSE
 from robosc.language.events import Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.ros.definitions import MessageDefinitions
 from robosc.simulate.machines.machine import label
 from robosc.simulate.start import supervisor_with

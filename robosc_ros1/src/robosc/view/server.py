@@ -16,13 +16,13 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, TypeAlias
 from urllib.parse import urlsplit
 
 from robosc import errors, limits
+from robosc.lazy_dataclasses import dataclass
 from robosc.view.hub import Hub, compact, utf8
 
 DEFAULT_PORT = 8642

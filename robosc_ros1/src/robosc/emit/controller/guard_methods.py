@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from robosc.emit.controller import naming, template_data
 from robosc.emit.controller.python import Attributes, PythonCode
@@ -11,6 +10,7 @@ from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr import traversal, tree, undefined_data
 from robosc.expr.types import BooleanType, Value
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Requirement
 from robosc.plant.automaton import Event, EventParameter
 from robosc.plant.data.classes import Classes

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from robosc.emit.controller import python_literals
 from robosc.emit.controller.naming import field_attribute
 from robosc.expr import traversal, tree, types
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Robot
 from robosc.plant import counting, logic, places, python_text
 from robosc.runtime.core.values import NOW

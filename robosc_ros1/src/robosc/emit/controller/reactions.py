@@ -9,7 +9,7 @@ variable of its name.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from robosc.emit.controller.naming import PythonNames, place
 from robosc.emit.controller.python import Attributes, PythonCode, joined, literal
@@ -17,6 +17,7 @@ from robosc.emit.controller.template_data import PartnerView, ReactionView
 from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import automata
 from robosc.plant import acceptance, logic, python_text
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, StateVariable

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from robosc.lazy_dataclasses import dataclass
 
 
 @dataclass(frozen=True)

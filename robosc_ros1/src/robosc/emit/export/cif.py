@@ -18,13 +18,14 @@ and :mod:`robosc.emit.export.cif_names` for numbers without bounds and strings.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from robosc import dotted, errors, limits, names
 from robosc.emit.export.cif_expr import condition, in_range, update
 from robosc.emit.export.cif_names import CifScope, CifVariable
 from robosc.expr.tree import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Requirement
 from robosc.plant import acceptance, partial_evaluation, step
 from robosc.plant.automaton import (

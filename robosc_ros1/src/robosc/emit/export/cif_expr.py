@@ -10,7 +10,6 @@ is finite here.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import product
 from typing import TypeAlias
 
@@ -20,6 +19,7 @@ from robosc.expr.traversal import fold, walk
 from robosc.expr.tree import Binary, Expr, Holds, Leaf, Literal, Operation, TestRef, VariableRef
 from robosc.expr.types import BooleanType, EnumType, IntegerType, Value, domain, is_number
 from robosc.language.operators import Spelled
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.places import written_out
 
 _MOST_REPEATED = 4  # `x + x + x + x`; larger factors are written out value by value

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 
 from robosc import dotted, errors, names
 from robosc.expr import tree, types
 from robosc.expr.traversal import walk
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import EventParameter, Plant, StateVariable, VariableKind
 
 _RESERVED = (

@@ -9,11 +9,11 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 from robosc import dotted
 from robosc.emit.export.pictured_transitions import as_written, pictured
 from robosc.errors import UsageError, counted
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.automata import Behaviour, Transition
 from robosc.model.entities import Component, Robot
 from robosc.plant import automaton

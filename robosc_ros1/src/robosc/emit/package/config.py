@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from robosc.emit.controller.python import duration
 from robosc.errors import UsageError
 from robosc.expr import tree, types
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.declarations.parameters import KEEPING
 from robosc.model.entities import Communication, Robot
 from robosc.runtime.core import model, qos, settings, shapes

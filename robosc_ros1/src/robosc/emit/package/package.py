@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from importlib.machinery import PathFinder
 from pathlib import Path
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import robosc.runtime
+from robosc.lazy_dataclasses import dataclass
 from robosc.resources import templates_folder
 
 _RUNTIME_IMPORT = re.compile(r"^from [\w.]*\b_runtime\.(\w+)\.(\w+) import", re.MULTILINE)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from xml.sax.saxutils import escape
 
 from robosc.emit.controller.python_literals import literal
 from robosc.emit.package.readme import ParameterView
 from robosc.errors import UsageError
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Communication
 from robosc.resources import templates_folder
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from robosc.emit.controller import guard_methods, python
@@ -12,6 +11,7 @@ from robosc.emit.controller.naming import file_of, place
 from robosc.emit.export.pictured_transitions import pictured
 from robosc.emit.package.config import Config, declared_communications, declared_parameters
 from robosc.language.events import Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import automata, entities
 from robosc.plant.model_text import to_dsl
 from robosc.runtime.core import model, places, settings

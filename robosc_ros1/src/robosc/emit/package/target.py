@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import textwrap
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,7 @@ from robosc.emit.supervisor import listening, meant_messages, supervisor_package
 from robosc.emit.write.line_breaks import break_long_lines
 from robosc.expr.tree import ReasonRef
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Communication, Robot
 from robosc.names import package_name, rostest_name
 from robosc.plant.event_values import values_read

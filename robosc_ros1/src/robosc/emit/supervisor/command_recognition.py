@@ -11,13 +11,13 @@ the others must have a field that each of them gives constant values, no value t
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from robosc.errors import ModelError, Note
 from robosc.expr import evaluation, traversal
 from robosc.expr.tree import Binary, Expr, Literal, Unary
 from robosc.expr.types import ArrayType, ObjectType, Value
 from robosc.language.events import Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import diagnostics, entities
 
 Path = tuple[str, ...]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 from robosc.emit.controller.python_literals import literal
 from robosc.emit.package.config import Config
 from robosc.emit.package.package_context import PackageContext, TopicView
 from robosc.emit.supervisor.command_recognition import CommandMatch, command_matches
 from robosc.errors import UsageError
+from robosc.lazy_dataclasses import dataclass
 from robosc.supervisor import Supervisor
 
 PREFIX = "supervised"

@@ -21,7 +21,7 @@ import threading
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import unified_diff
 from hashlib import sha256
 from itertools import islice
@@ -29,6 +29,7 @@ from pathlib import Path
 
 from robosc import errors, limits
 from robosc.emit.package.package import MARKER, File, Package
+from robosc.lazy_dataclasses import dataclass
 
 # Regions of generated files that belong to the user and outlive the next generation.
 #

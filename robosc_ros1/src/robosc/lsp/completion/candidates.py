@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import takewhile
 
 from robosc.expr.types import BooleanType, EnumType, Type
 from robosc.language.events import FOLDERS, Kind
 from robosc.language.keywords import Role, starts_of, words_of
 from robosc.language.operators import BINARY, symbols
+from robosc.lazy_dataclasses import dataclass
 from robosc.lsp.analysis import Analysis, Workspace
 from robosc.lsp.completion.context import Context, aggregate_variables
 from robosc.lsp.ros_definitions import offered_types

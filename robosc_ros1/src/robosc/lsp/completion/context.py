@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from robosc.language import keywords, operators
 from robosc.language.tokens import STRING, Tokens, is_word, tokenize
+from robosc.lazy_dataclasses import dataclass
 from robosc.source import Source, common_ends
 
 _EXPECT_NAME = frozenset({

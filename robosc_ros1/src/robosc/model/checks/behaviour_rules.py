@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from robosc import dotted, errors, remedies, source
 from robosc.expr import traversal, tree, types
 from robosc.expr.undefined_data import known_condition, none_of
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import automata
 from robosc.model.checks.exclusive import hold_together
 from robosc.model.diagnostics import Report, first_of

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from robosc import limits, remedies
 from robosc.expr.tree import Expr, Literal
@@ -24,6 +24,7 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.language.keywords import FOREIGN_TYPES
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.declarations.type_declarations import TypeDeclarations, rule_of
 from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import Symbol, SymbolKind

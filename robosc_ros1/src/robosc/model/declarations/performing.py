@@ -8,7 +8,7 @@ and the next try, where ``retry`` says ``every``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from robosc import dotted, errors, source
 from robosc.expr import quantified, tree, undefined_data
@@ -16,6 +16,7 @@ from robosc.expr.quantified import chain
 from robosc.expr.tree import Binary, Expr, Literal, PhaseRef, StateRef, Unary, VariableRef
 from robosc.expr.types import BooleanType, IntegerType
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import automata
 from robosc.model.automata import Transition
 from robosc.model.checks.behaviour_rules import NamedTransition

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterable, Mapping, Set
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import field, fields, is_dataclass, replace
 from functools import cache
 from operator import is_
 from typing import Any, cast
 
 from robosc import limits, source
 from robosc.language import functions, operators
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.diagnostics import Report
 from robosc.names import Copy, copy_name
 from robosc.syntax import nodes

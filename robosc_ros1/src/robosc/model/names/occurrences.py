@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from functools import cached_property
 from typing import TypeAlias
 
 from robosc.language import events
+from robosc.lazy_dataclasses import dataclass
 from robosc.source import Span
 from robosc.syntax import nodes
 

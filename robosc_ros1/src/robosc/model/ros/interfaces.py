@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from robosc.expr.types import Value
+from robosc.lazy_dataclasses import dataclass
 
 Folder: TypeAlias = Literal["msg", "srv", "action"]
 """The folder of a package's messages, services or actions; also part of type names in ROS 2."""

@@ -7,13 +7,14 @@ that are received must fit the model's type (an integer field as a double, but n
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import Any
 
 from robosc import remedies
 from robosc.expr.types import ArrayType, EnumType, IntegerType, NoneType, ObjectType, Type
 from robosc.language.events import COMMUNICATIONS, Direction
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.checks.used_fields import Path, Usage
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report, first_of

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from robosc.expr import types
 from robosc.language.operators import Operand
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.typing.compatibility import accepts, comparable, describe, is_basic
 
 

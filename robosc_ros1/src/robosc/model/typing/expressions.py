@@ -19,7 +19,7 @@ name is ``ambiguous-name``, and the user writes ``Enum.value`` or ``Component.na
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 from robosc.expr import evaluation, tree, types, undefined_data
@@ -37,6 +37,7 @@ from robosc.expr.types import (
     Type,
 )
 from robosc.language import operators
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names import report_unknown, resolve_name, tables

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from robosc.expr.types import EnumType, NoneType, StringType, Type
 from robosc.language.events import Kind
 from robosc.language.reasons import reasons_of
+from robosc.lazy_dataclasses import dataclass
 from robosc.syntax.nodes import Access
 
 RULE = "the condition of a rule"

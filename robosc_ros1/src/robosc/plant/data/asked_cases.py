@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from math import prod
 from typing import Any, overload
@@ -11,6 +11,7 @@ from typing import Any, overload
 from robosc import errors, limits
 from robosc.expr import traversal, tree, types
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event, EventParameter, LocalAutomaton
 from robosc.plant.data.classes import Classes
 from robosc.plant.partial_evaluation import PartValues, holds

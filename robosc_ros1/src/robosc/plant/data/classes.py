@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from typing import Any, TypeAlias, overload
 
 from robosc.expr import tree, types
 from robosc.language.operators import BINARY, OPPOSITE
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.logic import conjunction, disjunction, negation
 from robosc.runtime.core.values import widen
 

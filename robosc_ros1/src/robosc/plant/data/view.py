@@ -9,12 +9,13 @@ expressions.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 from robosc.expr import traversal, tree, undefined_data
 from robosc.expr.types import ArrayType, ObjectType, Value
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import automata, entities
 from robosc.plant.data import classes, terms
 from robosc.plant.logic import negation

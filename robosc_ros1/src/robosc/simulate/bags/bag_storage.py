@@ -7,12 +7,13 @@ from array import array
 from bisect import bisect
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime, timezone
 from itertools import pairwise
 from typing import Any
 
 from robosc.errors import counted
+from robosc.lazy_dataclasses import dataclass
 from robosc.progress import Progress
 from robosc.simulate.bags.storage import Channel, Damaged, Storage
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from robosc.errors import UsageError
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Robot
 from robosc.names import package_name
 

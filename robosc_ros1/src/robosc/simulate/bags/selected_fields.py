@@ -10,10 +10,11 @@ import struct
 import sys
 from array import array
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass
 from keyword import iskeyword
 from types import SimpleNamespace
 from typing import Any
+
+from robosc.lazy_dataclasses import dataclass
 
 Path = tuple[str, ...]
 """The names of fields, from the outside."""

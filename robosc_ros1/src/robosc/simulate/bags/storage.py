@@ -9,9 +9,11 @@ from __future__ import annotations
 from array import array
 from bz2 import BZ2Decompressor
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal, Protocol
+
+from robosc.lazy_dataclasses import dataclass
 
 Encoding = Literal["cdr", "ros1"]
 """How messages are packed."""

@@ -6,13 +6,14 @@ import math
 import random
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from difflib import get_close_matches
 from typing import Any, Protocol
 
 from robosc import dotted, errors
 from robosc.expr.tree import Expr
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Robot
 from robosc.plant import automaton, event_values, step
 from robosc.runtime.core.reasons import reason_text

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, cast
 
 from robosc.emit.controller import assembly, naming
 from robosc.emit.package.rendering import render
 from robosc.expr import evaluation, tree
 from robosc.expr.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
+from robosc.lazy_dataclasses import dataclass
 from robosc.model import entities
 from robosc.plant.automaton import Plant, PlantState, VariableKind
 from robosc.plant.data.terms import value_of

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
 from robosc import dotted, errors
 from robosc.expr.types import Value
 from robosc.language.events import ACTIVE
+from robosc.lazy_dataclasses import dataclass
 from robosc.runtime.core.places import places, stage_of
 from robosc.simulate.machines.machine import CommandState, Happening, Machine, label
 from robosc.simulate.script.session import Session

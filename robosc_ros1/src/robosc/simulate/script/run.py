@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, TextIO
 
+from robosc.lazy_dataclasses import dataclass
 from robosc.runtime.core.telemetry import dump
 from robosc.simulate.faults import Failed, LineFault
 from robosc.simulate.script import documents, junit, render

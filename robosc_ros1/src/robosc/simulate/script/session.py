@@ -6,7 +6,6 @@ import io
 import random
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 from robosc import errors, limits
 from robosc.emit.write.whole_file import write_whole
 from robosc.expr.types import ArrayType, EnumType, ObjectType, StringType
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.automata import RESTING
 from robosc.plant import automaton, step
 from robosc.runtime.core.places import places

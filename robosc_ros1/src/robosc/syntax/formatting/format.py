@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import accumulate, pairwise
 from operator import eq
@@ -18,6 +17,7 @@ from typing import Any
 from robosc.errors import ModelError, has_errors
 from robosc.language import attributes, operators
 from robosc.language.tokens import Comment, Tokens, tokenize
+from robosc.lazy_dataclasses import dataclass
 from robosc.source import Source
 from robosc.syntax import nodes, parser
 from robosc.syntax.formatting.pretty_printing import Doc, Group, Indent, Line, Remark, print_doc

@@ -7,8 +7,9 @@ all of its own breaks become line ends, and the groups inside it are tried again
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
+
+from robosc.lazy_dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,11 @@ beginnings of lines.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property, lru_cache
 
 from robosc.language.tokens import LOOKS, is_word, pattern
+from robosc.lazy_dataclasses import dataclass
 from robosc.syntax.parse_state import ParseState
 from robosc.syntax.recovery.habits import FOREIGN_WORDS
 

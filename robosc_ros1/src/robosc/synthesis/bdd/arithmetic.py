@@ -8,10 +8,10 @@ the sizes). Only linear expressions are encoded this way; others are combined va
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from robosc.expr.tree import Binary, Expr, Leaf, Literal, TestRef, Unary, ValueRef, VariableRef
 from robosc.expr.types import IntegerType
+from robosc.lazy_dataclasses import dataclass
 from robosc.synthesis.bdd.manager import Bdd, Manager
 
 

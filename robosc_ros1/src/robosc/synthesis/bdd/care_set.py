@@ -9,12 +9,13 @@ single combination as far as nothing refused gets in.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import prod
 from typing import Any, TypeVar
 
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import Expr
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Plant
 from robosc.plant.logic import conjunction, disjunction
 from robosc.synthesis.bdd.encoding import Encoding

@@ -17,10 +17,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.synthesis.bdd.manager import Bdd
 from robosc.synthesis.bdd.relations import Disjunct, EventRelation
 from robosc.synthesis.bdd.symbolic_engine import SymbolicSolution

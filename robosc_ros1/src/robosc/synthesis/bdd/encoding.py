@@ -10,7 +10,6 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, partial
 from math import prod
 
@@ -19,6 +18,7 @@ from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import fold, may_be_undefined, walk
 from robosc.expr.tree import Binary, Expr, Leaf, Literal, Operation, Unary, ValueRef
 from robosc.expr.types import Value
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.step import missing_together
 from robosc.runtime.core.values import Undefined

@@ -11,10 +11,10 @@ variables. State variables that an event does not write do not occur in it and s
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from robosc.expr.tree import TRUE
 from robosc.expr.types import Value
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Edge, LocalAutomaton
 from robosc.plant.support import event_support
 from robosc.synthesis.bdd.encoding import Encoding

@@ -13,13 +13,13 @@ counts which values they can have had, of data only that they can have changed.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from robosc.expr.evaluation import evaluate
 from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import Expr, Leaf, ValueRef
 from robosc.expr.types import Value
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant, VariableKind
 from robosc.plant.support import support
 from robosc.runtime.core.values import Undefined

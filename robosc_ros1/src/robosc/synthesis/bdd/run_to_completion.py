@@ -16,12 +16,13 @@ to can have far larger diagrams; these are looked for only where something fails
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, cached_property, partial
 from typing import TypeAlias
 
 from robosc import limits
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event, PlantState
 from robosc.synthesis.bdd.commuting import TauGroups
 from robosc.synthesis.bdd.manager import Bdd

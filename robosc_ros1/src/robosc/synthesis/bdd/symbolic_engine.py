@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from robosc import limits
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.support import support
 from robosc.progress import Progress

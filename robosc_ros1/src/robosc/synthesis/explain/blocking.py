@@ -4,7 +4,6 @@ reached."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import product
 from math import prod
 
@@ -12,6 +11,7 @@ from robosc.errors import listing
 from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, StateRef
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Requirement
 from robosc.plant.automaton import Edge, Event, Plant, VariableKind
 from robosc.plant.logic import conjunction

@@ -10,13 +10,14 @@ such set may be smaller.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import TypeVar
 
 from robosc import limits
 from robosc.errors import Diagnostic, Note
 from robosc.language.events import EventKind, Kind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.declarations.state_variables import select_state_variables
 from robosc.model.diagnostics import Muted
 from robosc.plant.acceptance import handled

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from robosc import dotted
 from robosc.expr.traversal import operands, walk_all
 from robosc.expr.tree import VariableRef
+from robosc.lazy_dataclasses import dataclass
 from robosc.names import Copy
 from robosc.plant.automaton import Event, Plant, PlantState, StateVariable
 from robosc.plant.logic import conjunction

@@ -25,12 +25,12 @@ diagnostic names the properties that were not checked.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 from robosc import limits
 from robosc.errors import Diagnostic, Severity, listing
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.diagnostics import first_of
 from robosc.plant.automaton import Plant, PlantState
 from robosc.supervisor import Guard, Step

@@ -10,7 +10,7 @@ does not depend on the engine.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -19,6 +19,7 @@ from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.traversal import walk
 from robosc.expr.tree import FALSE, TRUE, Expr, StateRef, VariableRef
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.model.diagnostics import first_of
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.logic import conjunction, negation

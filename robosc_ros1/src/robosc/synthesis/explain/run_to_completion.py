@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Iterable, Iterator
-from dataclasses import dataclass
 from itertools import chain
 from typing import TypeAlias
 
 from robosc.language.events import EventKind
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.step import is_replacing
 from robosc.synthesis.compiled_steps import Stepper

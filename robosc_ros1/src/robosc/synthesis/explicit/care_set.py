@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import prod
 from operator import itemgetter
 from typing import Any, TypeAlias
 
 from robosc.expr.tree import Expr
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import PlantState
 from robosc.plant.support import support
 from robosc.synthesis.compiled_steps import Stepper

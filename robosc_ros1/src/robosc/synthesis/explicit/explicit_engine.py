@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from itertools import product
 from math import prod
@@ -19,6 +19,7 @@ from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import Expr
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.step import Verdict
 from robosc.plant.support import step_support, support

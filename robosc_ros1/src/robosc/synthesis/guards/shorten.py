@@ -16,7 +16,7 @@ Engines pass their sets as a :class:`CareSet`; nothing here depends on their rep
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import chain, islice
 from typing import Any, Protocol
@@ -24,6 +24,7 @@ from typing import Any, Protocol
 from robosc import dotted
 from robosc.expr.traversal import operands, walk
 from robosc.expr.tree import FALSE, TRUE, Binary, Count, Expr, Unary
+from robosc.lazy_dataclasses import dataclass
 from robosc.names import Copy
 from robosc.plant.automaton import Event, Plant, VariableKind
 from robosc.plant.counting import copies_of, with_component, with_counts

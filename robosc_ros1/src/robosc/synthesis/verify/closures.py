@@ -11,10 +11,11 @@ relations; they share no code.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import groupby
 from typing import Any, Final, TypeAlias
 
+from robosc.lazy_dataclasses import dataclass
 from robosc.synthesis.bdd.manager import Bdd, Manager
 
 _BOTTOM: Final = 1 << 62

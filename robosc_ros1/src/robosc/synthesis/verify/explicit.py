@@ -7,13 +7,13 @@ decides whether the guards forbid more than necessary.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache, partial
 from operator import and_
 from typing import TypeAlias
 
 from robosc import limits
 from robosc.errors import StateSpaceError
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import PlantState, VariableKind
 from robosc.plant.support import support
 from robosc.runtime.core.places import path_of

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from math import prod
 from typing import Final, TypeAlias
@@ -21,6 +21,7 @@ from robosc.expr.evaluation import evaluate
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.tree import Binary, Expr, Unary
 from robosc.expr.types import Value
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.event_values import values_read
 from robosc.plant.step import Values, Verdict, lookup, outcome, valuations

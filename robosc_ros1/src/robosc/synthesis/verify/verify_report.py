@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, Literal
 
+from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event
 from robosc.supervisor import Step
 from robosc.synthesis.formatting import event_text
