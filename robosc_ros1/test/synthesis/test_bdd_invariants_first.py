@@ -32,7 +32,9 @@ def test_the_same_controlled_system(seeds: range) -> None:
             continue
         restricted += usual.restricted
         assert_same(usual, other)
-        given = ExplicitEngine(plant, lambda found, left, steps: None).found.states
+        explicit = ExplicitEngine(plant)
+        explicit.solve(lambda found, left, steps: None)
+        given = explicit.found.states
         assert_same(usual, SymbolicEngine(plant, memory=SMALL, invariants_first=True).solve(given))
     assert restricted > 10 and empty > 5
 

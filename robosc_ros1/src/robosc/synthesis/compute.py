@@ -17,7 +17,7 @@ from robosc.synthesis.decomposition import combined, independent_parts
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explain.conflicts import Identity, with_conflicts
 from robosc.synthesis.explicit.explicit_engine import Limit, ManyGuarded, TooMany
-from robosc.synthesis.explicit.synthesize import enabled_commands, synthesize_explicit
+from robosc.synthesis.explicit.synthesize import ExplicitSynthesis, enabled_commands
 from robosc.synthesis.formatting import contributors
 from robosc.synthesis.result import Solved
 from robosc.synthesis.time_limit import ExplanationTime
@@ -163,7 +163,7 @@ def _synthesize(
     advice = f"; {remedy()}" if engine == "auto" else ""
     limit = _limit(plant, max_states, progress, advice=advice)
     try:
-        return synthesize_explicit(plant, limit, progress, explaining)
+        return ExplicitSynthesis(plant, progress, explaining).run(limit)
     except MemoryError:
         raise StateSpaceError(OUT_OF_MEMORY + advice) from None
 
@@ -176,10 +176,11 @@ def _by_turns(
     from robosc.synthesis.bdd.symbolic_engine import TooManyNodes
 
     most = min(max_states, _FEW_STATES)
+    explicit = ExplicitSynthesis(plant, progress, explaining)
     try:
         steps = min(_FEW_STEPS, _FEW_VALUES_READ // max(1, len(plant.variables)))
         few = _limit(plant, most, progress, steps=steps)
-        return synthesize_explicit(plant, few, progress, explaining, _FEW_GUARDED)
+        return explicit.run(few, _FEW_GUARDED)
     except TooMany:
         pass
     try:
@@ -190,7 +191,7 @@ def _by_turns(
     found = None
     try:
         limit = _limit(plant, most, progress, doubting=True)
-        return synthesize_explicit(plant, limit, progress, explaining, _MOST_GUARDED)
+        return explicit.run(limit, _MOST_GUARDED)
     except ManyGuarded as fault:
         found = fault.states
     except TooMany:

@@ -10,19 +10,17 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
 from functools import cached_property
-from itertools import product
+from itertools import count
 from math import prod
 from operator import itemgetter
 from typing import TypeAlias
 
 from robosc.errors import StateSpaceError
-from robosc.expr.tree import Expr
 from robosc.lazy_dataclasses import dataclass
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.plant.step import Verdict
-from robosc.plant.support import step_support, support
+from robosc.plant.support import step_support
 from robosc.synthesis.compiled_steps import CompiledEvent, Stepper, Test
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.fixpoint import supremal
@@ -156,69 +154,66 @@ def changed(state: PlantState, change: Iterable[tuple[int, int]]) -> PlantState:
     return tuple(after)
 
 
-@dataclass(eq=False)
-class ReachedStates:
-    """The states that a plant reaches under its requirements, numbered in breadth-first order.
-
-    ``after`` are the steps from each state, as pairs of the event's number and the target; a
-    negative target violates a requirement. ``unsafe`` are those that violate one, or that something
-    uncontrollable takes to such a state or out of a range.
-    """
-
-    plant: Plant
-    starts: int
-    states: list[PlantState]
-    numbers: dict[PlantState, int]
-    after: list[tuple[tuple[int, int], ...]] = field(default_factory=list)
-    unsafe: _States = field(default_factory=set)
-
-
 _STEPS = 2**14
 """Steps after which the limit is asked at the latest."""
 
 
-def reached(
-    plant: Plant, events: Sequence[EventOutcomes], safe: Test, limit: Limit
-) -> ReachedStates:
-    """Return what is reached from the initial states; states that are not ``safe`` are not left.
+class ReachedStates:
+    """The states that a plant reaches by some events, numbered in breadth-first order.
 
-    Raises:
-        TooMany: by ``limit``.
+    ``after`` are the steps from each state, as pairs of the event's number and the target; a
+    negative target is not ``safe``. ``unsafe`` are those that are not, or that something
+    uncontrollable takes to such a state or out of a range.
     """
-    states = list(plant.initial_states)
-    numbers = {state: number for number, state in enumerate(states)}
-    found = ReachedStates(plant, len(states), states, numbers)
-    possible = possible_events(plant, events)
-    steps = due = 0
-    for number, state in enumerate(states):  # appended to below
-        if not number % _REPORTED or steps >= due:
-            due = steps + _STEPS
-            limit(len(states), len(states) - number, steps)
-        after: list[tuple[int, int]] = []
-        if number < found.starts and not safe(state):
-            found.unsafe.add(number)
-            found.after.append(())
-            continue
-        for event, outcomes in possible(state):
-            steps += 1
-            if event.test is not None and not event.test(state):
+
+    def __init__(self, plant: Plant, events: Sequence[EventOutcomes], safe: Test) -> None:
+        self.states = list(plant.initial_states)
+        self.starts = len(self.states)
+        self.numbers = {state: number for number, state in enumerate(self.states)}
+        self.after: list[tuple[tuple[int, int], ...]] = []
+        self.unsafe: _States = set()
+        self._possible = possible_events(plant, events)
+        self._safe = safe
+        self._steps = 0
+
+    def search(self, limit: Limit) -> None:
+        """Find all states, from where a search ended before; states that are not safe are not left.
+
+        Raises:
+            TooMany: by ``limit``.
+        """
+        states, numbers, safe, possible = self.states, self.numbers, self._safe, self._possible
+        steps = due = self._steps
+        for number in count(len(self.after)):
+            if not number % _REPORTED or steps >= due or number == len(states):
+                due, self._steps = steps + _STEPS, steps
+                limit(len(states), len(states) - number, steps)
+            if number == len(states):
+                return
+            state = states[number]
+            after: list[tuple[int, int]] = []
+            if number < self.starts and not safe(state):
+                self.unsafe.add(number)
+                self.after.append(())
                 continue
-            lost = outcomes.leaves
-            for change in outcomes.changes:
-                target = changed(state, change)
-                place = numbers.get(target)
-                if place is None:
-                    place = numbers[target] = len(states) if safe(target) else _UNSAFE
-                    if place != _UNSAFE:
-                        states.append(target)
-                lost = lost or place == _UNSAFE
-                after.append((event.number, place))
-            if lost and not event.event.controllable:
-                found.unsafe.add(number)
-        steps += len(after)
-        found.after.append(tuple(after))
-    limit(len(states), 0, steps)
-    return found
+            for event, outcomes in possible(state):
+                steps += 1
+                if event.test is not None and not event.test(state):
+                    continue
+                lost = outcomes.leaves
+                for change in outcomes.changes:
+                    target = changed(state, change)
+                    place = numbers.get(target)
+                    if place is None:
+                        place = numbers[target] = len(states) if safe(target) else _UNSAFE
+                        if place != _UNSAFE:
+                            states.append(target)
+                    lost = lost or place == _UNSAFE
+                    after.append((event.number, place))
+                if lost and not event.event.controllable:
+                    self.unsafe.add(number)
+            steps += len(after)
+            self.after.append(tuple(after))
 
 
 def outcomes_of(plant: Plant, stepper: Stepper, required: bool) -> list[EventOutcomes]:
@@ -271,17 +266,26 @@ class ExplicitSolution:
 class ExplicitEngine:
     """Synthesis over the states that are reached; the sets of :mod:`robosc.synthesis.fixpoint`."""
 
-    def __init__(self, plant: Plant, limit: Limit) -> None:
+    def __init__(self, plant: Plant) -> None:
         self.plant = plant
         self.stepper = Stepper(plant)
         self.events = outcomes_of(plant, self.stepper, True)
         safe = self.stepper.every(condition for condition, _ in plant.invariants)
-        self.found = reached(plant, self.events, safe, limit)
-        self._before = self._sources(lambda event: not event.branches)
-        self._uncontrolled = self._sources(lambda event: not event.controllable)
-        self._branching = [
+        self.found = ReachedStates(plant, self.events, safe)
+
+    @cached_property
+    def _before(self) -> list[list[int]]:
+        return self._sources(lambda event: not event.branches)
+
+    @cached_property
+    def _uncontrolled(self) -> list[list[int]]:
+        return self._sources(lambda event: not event.controllable)
+
+    @cached_property
+    def _branching(self) -> list[tuple[int, int, list[int]]]:
+        return [
             (number, event, [t for e, t in after if e == event])
-            for event in (n for n, one in enumerate(plant.events) if one.branches)
+            for event in (n for n, one in enumerate(self.plant.events) if one.branches)
             for number, after in enumerate(self.found.after)
             if any(e == event for e, _ in after)
         ]
@@ -295,8 +299,17 @@ class ExplicitEngine:
                     before[target].append(number)
         return before
 
-    def solve(self) -> ExplicitSolution:
-        """Return the controlled system."""
+    def solve(self, limit: Limit) -> ExplicitSolution:
+        """Return the controlled system; the search goes on where a limit ended it before.
+
+        Raises:
+            TooMany: by ``limit``.
+        """
+        self.found.search(limit)
+        return self._solution
+
+    @cached_property
+    def _solution(self) -> ExplicitSolution:
         good, starts = supremal(self)
         if not starts:
             return ExplicitSolution(self, frozenset(), frozenset(good), True)
@@ -372,43 +385,3 @@ class ExplicitEngine:
                     found.add(number)
                     left.append(number)
         return found
-
-
-class PlantStates:
-    """The states that a plant reaches without its requirements, in independent parts.
-
-    Raises:
-        TooMany: by ``limit``.
-    """
-
-    def __init__(self, plant: Plant, parts: Iterable[Plant], limit: Limit) -> None:
-        self._plant = plant
-        self._parts: list[tuple[tuple[int, ...], ReachedStates]] = []
-        for part in parts:
-            variables = tuple(
-                plant.variable_index[variable.kind, variable.name] for variable in part.variables
-            )
-            events = outcomes_of(part, Stepper(part), False)
-            self._parts.append((variables, reached(part, events, lambda state: True, limit)))
-
-    @property
-    def count(self) -> int:
-        return prod(len(states.states) for _, states in self._parts)
-
-    def some(self, stepper: Stepper, condition: Expr, most: int) -> bool | None:
-        """Whether a state fulfils a condition; None: more than ``most`` would have to be tried."""
-        read = set(support(self._plant, condition))
-        columns: list[list[tuple[tuple[int, int], ...]]] = []
-        for variables, states in self._parts:
-            own = [(place, v) for place, v in enumerate(variables) if v in read]
-            if own:
-                values = {tuple((v, s[place]) for place, v in own) for s in states.states}
-                columns.append(list(values))
-        if prod(map(len, columns)) > most:
-            return None
-        holds = stepper.test(condition)
-        initial = self._plant.initial
-        return any(
-            holds(changed(initial, (pair for part in parts for pair in part)))
-            for parts in product(*columns)
-        )

@@ -15,10 +15,10 @@ from robosc.synthesis.compiled_steps import Stepper
 from robosc.synthesis.explicit.explicit_engine import (
     EventOutcomes,
     ExplicitSolution,
-    PlantStates,
     changed,
     possible_events,
 )
+from robosc.synthesis.explicit.plant_states import PlantStates
 from robosc.synthesis.faults import ExplicitFaults
 from robosc.synthesis.time_limit import ExplanationTime
 

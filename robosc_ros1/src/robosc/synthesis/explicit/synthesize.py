@@ -10,7 +10,6 @@ from functools import partial
 from robosc.plant.automaton import Event, Plant, PlantState
 from robosc.progress import Progress
 from robosc.supervisor import Guard
-from robosc.synthesis.decomposition import parts_without_requirements
 from robosc.synthesis.event_parameters import weight
 from robosc.synthesis.explicit.care_set import ExplicitCareSet, care_set
 from robosc.synthesis.explicit.explicit_engine import (
@@ -19,36 +18,44 @@ from robosc.synthesis.explicit.explicit_engine import (
     ExplicitSolution,
     Limit,
     ManyGuarded,
-    PlantStates,
 )
+from robosc.synthesis.explicit.plant_states import PlantStates
 from robosc.synthesis.explicit.search import ExplicitSystem
 from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
 from robosc.synthesis.result import Sizes, Solved
 from robosc.synthesis.time_limit import ExplanationTime
 
 
-def synthesize_explicit(
-    plant: Plant,
-    limit: Limit,
-    progress: Progress | None = None,
-    explaining: ExplanationTime | None = None,
-    most_guarded: float = math.inf,
-) -> Solved:
-    """Return the supervisor of a plant; an empty one is a result, not an error.
+class ExplicitSynthesis:
+    """Synthesis of one plant, which goes on where a limit ended it before."""
 
-    Raises:
-        TooMany: by ``limit``, or commands are restricted in more than ``most_guarded`` states.
-    """
-    start = time.perf_counter()
-    solution = ExplicitEngine(plant, limit).solve()
-    if len(solution.states) > most_guarded and solution.restricted:
-        raise ManyGuarded(solution.engine.found.states)
-    plant_states = PlantStates(plant, parts_without_requirements(plant), limit)
-    guards, transitions = _measured(solution, progress)
-    sizes = Sizes(plant_states.count, len(solution.states), transitions)
-    seconds = time.perf_counter() - start
-    system = ExplicitSystem(solution, plant_states, explaining)
-    return Solved(system, "explicit", seconds, sizes, guards, progress)
+    def __init__(
+        self,
+        plant: Plant,
+        progress: Progress | None = None,
+        explaining: ExplanationTime | None = None,
+    ) -> None:
+        self._engine = ExplicitEngine(plant)
+        self._plant_states = PlantStates(plant)
+        self._progress = progress
+        self._explaining = explaining
+
+    def run(self, limit: Limit, most_guarded: float = math.inf) -> Solved:
+        """Return the supervisor; an empty one is a result, not an error.
+
+        Raises:
+            TooMany: by ``limit``, or commands are restricted in more than ``most_guarded`` states.
+        """
+        start = time.perf_counter()
+        solution = self._engine.solve(limit)
+        if len(solution.states) > most_guarded and solution.restricted:
+            raise ManyGuarded(self._engine.found.states)
+        self._plant_states.search(limit)
+        guards, transitions = _measured(solution, self._progress)
+        sizes = Sizes(self._plant_states.count, len(solution.states), transitions)
+        seconds = time.perf_counter() - start
+        system = ExplicitSystem(solution, self._plant_states, self._explaining)
+        return Solved(system, "explicit", seconds, sizes, guards, self._progress)
 
 
 def enabled_commands(plant: Plant, limit: Limit) -> list[Event] | None:
@@ -57,7 +64,7 @@ def enabled_commands(plant: Plant, limit: Limit) -> list[Event] | None:
     Raises:
         TooMany: by ``limit``.
     """
-    solution = ExplicitEngine(plant, limit).solve()
+    solution = ExplicitEngine(plant).solve(limit)
     if solution.empty:
         return None
     return [
