@@ -13,6 +13,7 @@ from synthesis.plants import supervisor_of
 
 from robosc.runtime.core.values import Undefined
 from robosc.traces.coverage import Case, Coverage
+from robosc.traces.deciding_atoms import DecidedCondition
 from robosc.traces.exact_steps import ExactStep, Results, State, Steps
 from robosc.traces.samples import Samples
 from robosc.traces.search import InputGraph
@@ -47,10 +48,13 @@ def test_results_are_those_that_are_computed_anew(name: str) -> None:
     steps = Steps(supervisor)
     coverage = Coverage(steps)
     samples = Samples(steps.robot, [s.event for s in steps.steps], steps.fields)
-    states = reached(InputGraph(steps, coverage, samples, coverage.cases.keys()), 30)
-    for state in states:
+    graph = InputGraph(steps, coverage, samples, coverage.cases.keys())
+    for state in reached(graph, 30):
         again = Steps(supervisor)
         fresh = Coverage(again)
+        anew = InputGraph(again, fresh, samples, fresh.cases.keys())
+        assert [*graph._components(state)] == [*anew._components(state)]
+        assert [*graph._obstacles(state)] == [*anew._obstacles(state)]
         assert coverage.of_state(state) == fresh.of_state(state)
         assert list(coverage.atoms(state)) == list(fresh.atoms(state))
         ways = [
@@ -114,6 +118,35 @@ def test_what_an_input_leaves_as_it_was_is_sent_without_being_judged_again(
     judged.clear()
     coverage.of_settled(dict(steps.initial))
     assert judged == []
+
+
+def test_what_stands_in_the_way_of_commands_is_judged_where_an_input_concerns_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model = (
+        "component Wheel[1..9] { incoming message turn with type: none"
+        " outgoing message free with type: boolean outgoing message warm with type: boolean"
+        " behaviour { variable is_free: boolean variable is_warm: boolean"
+        " on response from free do is_free := value on response from warm do is_warm := value"
+        " initial marked state s {} }"
+        " requirement turn needs is_free requirement turn needs is_warm }"
+    )
+    steps = Steps(supervisor_of(model, "bdd"))
+    coverage = Coverage(steps)
+    samples = Samples(steps.robot, [s.event for s in steps.steps], steps.fields)
+    graph = InputGraph(steps, coverage, samples, coverage.cases.keys())
+    judged: list[DecidedCondition] = []
+    possible = DecidedCondition.possible
+
+    def counted(self: DecidedCondition, *rest: Any) -> Any:
+        judged.append(self)
+        return possible(self, *rest)
+
+    monkeypatch.setattr(DecidedCondition, "possible", counted)
+    changed = {**graph.start.state, "Wheel[3].is_warm": not graph.start.state["Wheel[3].is_warm"]}
+    assert [*graph._obstacles(changed)] != [*graph.start.kinds[3]]
+    assert len(judged) == 2
+    assert [*graph._components(changed)] != [*graph.start.kinds[2]]
 
 
 def test_what_is_undefined_is_tried_again() -> None:

@@ -11,6 +11,7 @@ import heapq
 from collections import Counter, deque
 from collections.abc import Collection, Iterator, Set
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 from itertools import combinations, islice
 from typing import Any, TypeAlias
 
@@ -21,8 +22,17 @@ from robosc.expr.tree import VariableRef
 from robosc.expr.types import IntegerType, domain
 from robosc.language.events import EventKind, Kind
 from robosc.traces.attempts import attempted
-from robosc.traces.coverage import Case, Coverage, through
-from robosc.traces.exact_steps import LATE, NOTHING, Carried, ExactStep, State, Steps, refused
+from robosc.traces.coverage import Case, CommandDemands, Coverage, through
+from robosc.traces.exact_steps import (
+    LATE,
+    NOTHING,
+    Carried,
+    ExactStep,
+    Results,
+    State,
+    Steps,
+    refused,
+)
 from robosc.traces.samples import Sample, Samples
 
 BUDGET, LEAST = 30000, 60
@@ -140,7 +150,7 @@ class InputGraph:
         kind, key = self._key(state)
         found = self._nodes.get(key)
         if found is None:
-            kinds = [kind], [key[0]], self._components(state), self._obstacles(state)
+            kinds = [kind], [key[0]], [*self._components(state)], [*self._obstacles(state)]
             found = self._nodes[key] = Node(state, kinds, len(self._nodes))
             for turn, waiting in enumerate(self._waiting):
                 heapq.heappush(waiting, (self._times(found, turn), found.number, found))
@@ -195,24 +205,29 @@ class InputGraph:
             if self.tried > most or not self._unseen():
                 break
 
-    def _components(self, state: State) -> list[tuple[str, str]]:
+    @cached_property
+    def _components(self) -> Results[tuple[str, str]]:
         """How each component is, with its calls and messages."""
-        found: dict[str, list[Any]] = {}
+        found: dict[str, list[str]] = {}
         for key in (*self._places, *self._calls, *self._messages, *self._finite):
-            found.setdefault(dotted.first(key.lstrip("~")), []).append(state.get(key))
-        return [(name, repr(values)) for name, values in found.items()]
+            found.setdefault(dotted.first(key.lstrip("~")), []).append(key)
 
-    def _obstacles(self, state: State) -> list[Any]:
+        def how(name: str, keys: list[str], state: State) -> tuple[str, str]:
+            return name, repr([state[key] for key in keys])
+
+        return Results((partial(how, name, keys), keys) for name, keys in found.items())
+
+    @cached_property
+    def _obstacles(self) -> Results[Any]:
         """What stands in the way of each command, where its components are."""
-        return [
-            (
-                rule.step.number,
-                *(state[partner.place] for partner in rule.step.partners),
-                *(True in d.condition.possible(state) for d in rule.demands),
-            )
-            for rule in self.coverage.rules
-            if len(rule.demands) > 1
-        ]
+
+        def obstacles(rule: CommandDemands, state: State) -> Any:
+            places = (state[partner.place] for partner in rule.step.partners)
+            met = (True in demand.condition.possible(state) for demand in rule.demands)
+            return rule.step.number, *places, *met
+
+        rules = [rule for rule in self.coverage.rules if len(rule.demands) > 1]
+        return Results((partial(obstacles, rule), self.coverage.reads(rule.step)) for rule in rules)
 
     def _expand_next(self) -> bool:
         """Expand a node, in turn by each kind; False: there is none."""
@@ -438,9 +453,9 @@ class InputGraph:
             if reach is not None and depth > reach:
                 break
             for edge in node.edges.values():
-                if self.failures[id(edge)] >= FAILURES:
+                if id(edge) in self.failures and self.failures[id(edge)] >= FAILURES:
                     continue
-                count = len(edge[2] & wanted)
+                count = 0 if wanted.isdisjoint(edge[2]) else len(wanted & edge[2])
                 if count and (best is None or count > best[0]):
                     best, reach = (count, node, edge), depth
                 if edge[1].number not in came:
