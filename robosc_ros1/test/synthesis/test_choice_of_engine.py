@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import pytest
 import steep_families
 from synthesis.plants import plant_of
 
-from robosc.synthesis import synthesize
+from robosc.synthesis import compute, synthesize
+from robosc.synthesis.bdd import synthesize as bdd_synthesize
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
+from robosc.synthesis.explicit.explicit_engine import Limit, ManyGuarded, TooMany
+from robosc.synthesis.explicit.synthesize import ExplicitSynthesis
+from robosc.synthesis.result import Solved
 
 pytest.importorskip("oxidd", reason="the symbolic engine needs the Python package oxidd")
 
@@ -41,3 +49,29 @@ def test_products_of_variables_are_no_obstacle_for_the_symbolic_engine() -> None
         " requirement go needs A.x * A.y < 1000"
     )
     assert synthesize(plant).engine == "bdd"
+
+
+@pytest.mark.parametrize("name", ["crew", "allocation"])
+def test_the_symbolic_engine_goes_on_after_the_turn_of_the_other(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plant = plant_of(getattr(steep_families, name)(6))
+    made: list[SymbolicEngine] = []
+    turns: list[float] = []
+
+    class Counted(SymbolicEngine):
+        def __init__(self, *of: Any, **more: Any) -> None:
+            made.append(self)
+            super().__init__(*of, **more)
+
+    def run(self: ExplicitSynthesis, limit: Limit, most_guarded: float) -> Solved:
+        turns.append(most_guarded)
+        raise ManyGuarded([]) if most_guarded > compute._FEW_GUARDED else TooMany("ended")
+
+    monkeypatch.setattr(bdd_synthesize, "SymbolicEngine", Counted)
+    monkeypatch.setattr(ExplicitSynthesis, "run", run)
+    monkeypatch.setattr(compute, "_FEW_NODES", 1)
+    found = synthesize(plant)
+    assert len(made) == 1
+    assert turns == [compute._FEW_GUARDED, compute._MOST_GUARDED]
+    assert replace(found, seconds=0.0) == replace(synthesize(plant, "bdd"), seconds=0.0)

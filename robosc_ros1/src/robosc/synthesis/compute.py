@@ -172,43 +172,50 @@ def _by_turns(
     plant: Plant, max_states: int, progress: Progress | None, explaining: ExplanationTime
 ) -> Solved:
     """Return the supervisor of a plant by the first engine that is quick, each tried for a short
-    time first: no rule known tells which one it is."""
-    from robosc.synthesis.bdd.symbolic_engine import TooManyNodes
-
+    time first: no rule known tells which one it is. Both go on where their turn ended."""
     most = min(max_states, _FEW_STATES)
     explicit = ExplicitSynthesis(plant, progress, explaining)
     try:
         steps = min(_FEW_STEPS, _FEW_VALUES_READ // max(1, len(plant.variables)))
-        few = _limit(plant, most, progress, steps=steps)
-        return explicit.run(few, _FEW_GUARDED)
+        return explicit.run(_limit(plant, most, progress, steps=steps), _FEW_GUARDED)
     except TooMany:
         pass
+
+    def again() -> Sequence[PlantState] | None:
+        try:
+            limit = _limit(plant, most, progress, doubting=True)
+            raise _Answer(explicit.run(limit, _MOST_GUARDED))
+        except ManyGuarded as fault:
+            return fault.states
+        except TooMany:
+            return None
+
     try:
-        return _symbolic(plant, progress, explaining, turn=_FEW_NODES)
-    except TooManyNodes:
-        pass
-    gc.collect()  # frees the diagrams before there are others
-    found = None
-    try:
-        limit = _limit(plant, most, progress, doubting=True)
-        return explicit.run(limit, _MOST_GUARDED)
-    except ManyGuarded as fault:
-        found = fault.states
-    except TooMany:
-        pass
-    return _symbolic(plant, progress, explaining, found)
+        return _symbolic(plant, progress, explaining, again)
+    except _Answer as answer:
+        return answer.solved
+
+
+class _Answer(Exception):
+    """What ends the symbolic engine: the other one was quicker."""
+
+    def __init__(self, solved: Solved) -> None:
+        super().__init__()
+        self.solved = solved
 
 
 def _symbolic(
     plant: Plant,
     progress: Progress | None,
     explaining: ExplanationTime,
-    found: Sequence[PlantState] | None = None,
-    turn: int | None = None,
+    other: Callable[[], Sequence[PlantState] | None] | None = None,
 ) -> Solved:
+    """``other`` is called where it takes longer than a first turn."""
+    from robosc.synthesis.bdd.symbolic_engine import Turn
     from robosc.synthesis.bdd.synthesize import synthesize_bdd
 
-    return synthesize_bdd(plant, progress, explaining=explaining, found=found, turn=turn)
+    turn = None if other is None else Turn(_FEW_NODES, other)
+    return synthesize_bdd(plant, progress, explaining=explaining, turn=turn)
 
 
 def _limit(

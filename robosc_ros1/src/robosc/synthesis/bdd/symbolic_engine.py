@@ -29,6 +29,26 @@ class TooManyNodes(Exception):
     """The search takes more nodes than it may; another order of the variables may do with fewer."""
 
 
+class Turn:
+    """A turn of another engine, which is called once diagrams take more than some nodes, garbage
+    included.
+
+    It raises what ends synthesis, or returns the states that are reached under the requirements and
+    violate none (``found``), if it knows them.
+    """
+
+    def __init__(self, nodes: int, engine: Callable[[], Sequence[PlantState] | None]) -> None:
+        self._nodes = nodes
+        self._engine: Callable[[], Sequence[PlantState] | None] | None = engine
+        self.found: Sequence[PlantState] | None = None
+
+    def call(self, nodes: int) -> None:
+        """Call the engine if it is its turn; only once."""
+        if self._engine is not None and nodes > self._nodes:
+            engine, self._engine = self._engine, None
+            self.found = engine()
+
+
 _SECONDS = 0.05
 """Between two reports of progress."""
 
@@ -101,7 +121,7 @@ class SymbolicEngine:
         most_disjuncts: int = MOST_DISJUNCTS,
         reverse: bool = False,
         most_nodes: int | None = None,
-        turn: int | None = None,
+        turn: Turn | None = None,
         invariants_first: bool = False,
     ) -> None:
         self.plant = plant
@@ -388,10 +408,10 @@ class SymbolicEngine:
         return self._closure("nonblocking states", marked, good, inside, self.relations.preimage)
 
     def _check_nodes(self) -> None:
+        if self._turn is not None:
+            self._turn.call(self.manager.nodes)
         self.manager.make_room()
         if self._most_nodes is not None and self.manager.in_use > self._most_nodes:
-            raise TooManyNodes
-        if self._turn is not None and self.manager.nodes > self._turn:
             raise TooManyNodes
 
     def _closure(

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Sequence
 from functools import partial
 
 from robosc import limits
 from robosc.errors import StateSpaceError
 from robosc.expr.tree import TRUE
-from robosc.plant.automaton import Plant, PlantState
+from robosc.plant.automaton import Plant
 from robosc.plant.logic import conjunction
 from robosc.progress import Progress
 from robosc.supervisor import Guard
@@ -18,7 +17,12 @@ from robosc.synthesis.bdd.care_set import BddCareSet, wide_condition
 from robosc.synthesis.bdd.manager import Bdd, load
 from robosc.synthesis.bdd.relations import EventRelation
 from robosc.synthesis.bdd.search import SymbolicSystem
-from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution, TooManyNodes
+from robosc.synthesis.bdd.symbolic_engine import (
+    SymbolicEngine,
+    SymbolicSolution,
+    TooManyNodes,
+    Turn,
+)
 from robosc.synthesis.formatting import contributors
 from robosc.synthesis.guards.shorten import GuardInputs, GuardMaker
 from robosc.synthesis.guards.sum_of_products import TooLarge
@@ -34,24 +38,17 @@ def synthesize_bdd(
     progress: Progress | None = None,
     memory: int = limits.MEMORY,
     explaining: ExplanationTime | None = None,
-    found: Sequence[PlantState] | None = None,
-    turn: int | None = None,
+    turn: Turn | None = None,
 ) -> Solved:
     """Return the supervisor of a plant; an empty one is a result, not an error.
 
-    ``found`` are the states that are reached under the requirements and violate none, if known.
-
     Raises:
-        TooManyNodes: the sets of states take more than ``turn`` nodes, garbage included.
         StateSpaceError: the library is missing, or ``memory`` bytes do not suffice.
     """
     load()
     start = time.perf_counter()
     try:
-        if turn is None:
-            solution = _solved(plant, progress, memory, found)
-        else:
-            solution = SymbolicEngine(plant, progress, memory, turn=turn).solve()
+        solution = _solved(plant, progress, memory, turn)
         guards = []
         transitions = 0
         maker = GuardMaker(plant)
@@ -75,7 +72,7 @@ def synthesize_bdd(
 
 
 def _solved(
-    plant: Plant, progress: Progress | None, memory: int, found: Sequence[PlantState] | None
+    plant: Plant, progress: Progress | None, memory: int, turn: Turn | None
 ) -> SymbolicSolution:
     """Return the controlled system, found in another way if the first is slow.
 
@@ -91,10 +88,11 @@ def _solved(
                 memory,
                 reverse=reverse,
                 most_nodes=_MANY_NODES,
+                turn=turn,
                 invariants_first=invariants_first,
             )
             try:
-                return engine.solve(found)
+                return engine.solve(None if turn is None else turn.found)
             except (TooManyNodes, MemoryError):
                 del engine
             gc.collect()  # frees the diagrams before there are others
