@@ -170,3 +170,23 @@ def test_only_readers_of_what_has_changed() -> None:
     calls.clear()
     results({**state, "b": 1})
     assert calls == ["b"]
+
+
+def test_the_way_to_where_a_run_was_has_a_beginning() -> None:
+    """A run may be where the search has not been; from there, the search may come back to it."""
+    steps = Steps(supervisor_of(MODELS["long"]))
+    coverage = Coverage(steps)
+    samples = Samples(steps.robot, [s.event for s in steps.steps], steps.fields)
+    first, graph = (InputGraph(steps, coverage, samples, coverage.cases.keys()) for _ in range(2))
+    first.expand(first.start)
+    graph.node(list(first._nodes.values())[1].state)
+    for node in list(graph._nodes.values())[1:]:
+        graph.expand(node)
+        for near in [edge[1] for edge in node.edges.values()]:
+            graph.expand(near)
+    for node in graph._nodes.values():
+        passed = [node.number]
+        while node.came is not None:
+            node = node.came[0]
+            assert node.number not in passed
+            passed.append(node.number)

@@ -362,8 +362,9 @@ class InputGraph:
             state, cases = found
             # Commands take turns: the one that was sent goes behind all others.
             pending += [(sample, other) for other in self._passed_over] if first is None else []
+            known = len(self._nodes)
             target = self.node(state)
-            if target.came is None and target is not self.start:
+            if len(self._nodes) > known:  # else the way to it may have begun where a run was
                 target.came = node, step, sample
             sort = step.number, target.number, cases
             if sort in node.edges:
