@@ -84,7 +84,7 @@ def test_arrays_become_lists_of_messages_and_of_plain_values(
 EVERY_TYPE = f"""
 import io
 from genpy.dynamic import generate_dynamic
-from lantern_controller._runtime.core.operations import copied
+from probe_controller._runtime.core.operations import copied
 from lantern_controller.ros_messages import compose
 Primitives = generate_dynamic("testing/Primitives", {definition(ALL)!r})["testing/Primitives"]
 PRIMITIVES = {ALL!r}
@@ -99,7 +99,7 @@ def there_and_back(data):
 PARTS = """
 import io, rospy
 from geometry_msgs.msg import Point, PoseStamped, Vector3
-from lantern_controller._runtime.core.operations import copied
+from probe_controller._runtime.core.operations import copied
 from lantern_controller.ros_messages import compose
 from move_base_msgs.msg import MoveBaseGoal
 from nav_msgs.msg import Path
