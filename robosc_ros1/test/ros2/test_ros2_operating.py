@@ -51,7 +51,10 @@ def test_a_person_holds_steps_and_releases_a_controller_and_sends_to_it(
     view = viewing(graph, FOLLOWER, "--operate", "DistanceSensor")
     # Once the light shows that there is no line, it is no command that may be stepped.
     robot.serve("/set_light_state", "robot_common/srv/LightBulbService", {})
-    controller(FOLLOWER, operate=True, qos__distance__reliability="reliable")
+    # Nor is to stop, however late a reading comes.
+    controller(
+        FOLLOWER, operate=True, timeout__distance=600.0, qos__distance__reliability="reliable"
+    )
     watch(robot, FOLLOWER)
     robot.expect_state(FOLLOWER, lambda s: s["components"]["LightBulb"] == "known")
     robot.subscribe("/vel", "geometry_msgs/msg/Twist")

@@ -38,11 +38,12 @@ def test_a_person_holds_steps_and_releases_a_controller_and_sends_to_it(
     stage: Stage, puppet: Puppet, browser: Browser
 ) -> None:
     words = ("rosrun", "robosc", "view", "--ros", f"/{NODE}", "--port", "0", "--operate")
-    # Once the light shows that there is no line, it is no command that may be stepped.
+    # Once the light shows that there is no line, it is no command that may be stepped; nor is to stop,
+    # however late a reading comes.
     puppet.do("service", name="/set_light_state", type="robot_common/LightBulbService")
     with (
         stage.workspace.start(*words, "DistanceSensor", master=stage.master) as view,
-        stage.controller(puppet, NODE, operate=True) as node,
+        stage.controller(puppet, NODE, operate=True, timeout__distance=600.0) as node,
     ):
         node.enters("LightBulb", "known")
         browser.open(address(view))
