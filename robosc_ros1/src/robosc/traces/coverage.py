@@ -302,8 +302,10 @@ class Coverage:
             if partner.blocking:
                 name = partner.component
                 told = f"blocked by {name} in {told_with_stage(state[partner.place])}"
-                cases = [("blocked", step.number, name), *self._shut(step, partner, state, carried)]
-                ways = {v: [] if v else cases for v in partner.may_take(state, carried)}
+                ways = {
+                    value: [] if value else self._blocked(step, partner, state, carried)
+                    for value in partner.may_take(state, carried)
+                }
                 found.append(Obstacle(ways, told if name in self._components else None))
         for other in rule.preferred:
             known = not isinstance(carried, Unknown)
@@ -319,14 +321,17 @@ class Coverage:
             found.append(Obstacle(ways, text, is_guard))
         return found
 
-    def _shut(
+    def _blocked(
         self, step: ExactStep, partner: Partner, state: State, carried: Carried
-    ) -> Iterator[Case]:
-        """The cases of what alone keeps an edge from being taken."""
+    ) -> list[Case]:
+        """The cases of a component that blocks a command, and of what alone keeps it from taking an
+        edge."""
+        found: list[Case] = [("blocked", step.number, partner.component)]
         for judged in self._edges_at(step, partner, state):
             case = "edge", step.number, partner.component, *judged.edge.name
             outcomes = judged.guard.possible(state, carried).get(False, ())
-            yield from ((*case, *outcome) for outcome in outcomes)
+            found += ((*case, *outcome) for outcome in outcomes)
+        return found
 
     def demanded(self, case: Case) -> bool | None:
         """Whether a demand holds where one of its atoms alone decides it; None: that depends."""

@@ -8,7 +8,7 @@ from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
-from robosc.expr.traversal import walk
+from robosc.expr.traversal import may_be_undefined, walk
 from robosc.expr.tree import Binary, ElementRef, Expr, ValueRef, VariableRef
 from robosc.expr.types import BooleanType, DoubleType, IntegerType, domain
 from robosc.runtime.core.values import Undefined
@@ -33,7 +33,7 @@ def regions(exprs: Iterable[Expr]) -> dict[Any, list[Any]]:
                     compared.setdefault(_key(one), []).append(number)
     found = {key: _values(some[0], compared.get(key, [])) for key, some in leaves.items()}
     return {
-        key: [*values, None] if any(map(_may_lack, leaves[key])) else values
+        key: [*values, None] if any(map(may_be_undefined, leaves[key])) else values
         for key, values in found.items()
         if values and len(leaves[key]) == len(compared.get(key, leaves[key]))
     }
@@ -41,13 +41,6 @@ def regions(exprs: Iterable[Expr]) -> dict[Any, list[Any]]:
 
 def _key(leaf: ValueRef | VariableRef) -> Any:
     return leaf.key if isinstance(leaf, VariableRef) else leaf.path
-
-
-def _may_lack(leaf: ValueRef | VariableRef) -> bool:
-    """Whether a part may be missing in what an event carries."""
-    if isinstance(leaf, VariableRef):
-        return False
-    return leaf.optional or any(isinstance(step, int) for step in leaf.path)
 
 
 def _values(leaf: ValueRef | VariableRef, numbers: list[float]) -> list[Any]:

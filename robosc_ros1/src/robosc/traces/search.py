@@ -454,7 +454,7 @@ class InputGraph:
             if reach is not None and depth > reach:
                 break
             for edge in node.edges.values():
-                if id(edge) in self.failures and self.failures[id(edge)] >= FAILURES:
+                if self.failures.get(id(edge), 0) >= FAILURES:
                     continue
                 count = 0 if wanted.isdisjoint(edge[2]) else len(wanted & edge[2])
                 if count and (best is None or count > best[0]):

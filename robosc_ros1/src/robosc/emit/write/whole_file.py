@@ -1,4 +1,4 @@
-"""Writes a file whole: what was there stays until all of its new content is on disk."""
+"""Writes a file whole: what was there stays until all of its new content is written."""
 
 from __future__ import annotations
 

@@ -166,9 +166,7 @@ def _asks_of_event(test: tree.Holds) -> bool:
     found = _asked_for(test)
     if isinstance(found, tree.Convert) and compared_in_rules(found) is not None:
         found = found.argument
-    return isinstance(found, tree.ValueRef) and (
-        found.optional or any(isinstance(step, int) for step in found.path)
-    )
+    return isinstance(found, tree.ValueRef) and may_be_undefined(found)
 
 
 def kept_where_undefined(variable: tree.VariableRef, value: tree.Expr) -> tree.Expr:
