@@ -430,6 +430,14 @@ class Workspace:
             yield process
 
     @contextlib.contextmanager
+    def recording(self, bag: Path, *topics: str, master: Master) -> Iterator[None]:
+        """``rosbag record``, which begins when there is a time; the bag is whole in the end."""
+        with self.start("rosbag", "record", "-O", str(bag), *topics, master=master):
+            yield
+        # ``rosbag`` may end before the program that it started to record.
+        await_condition(bag.exists, "rosbag to complete its bag")
+
+    @contextlib.contextmanager
     def fork(self, *command: str, master: Master, piped: bool = False) -> Iterator[Forked]:
         """The same with the words after ``python3``, in a process that need not import rospy."""
         environment = self.environment(master=master)

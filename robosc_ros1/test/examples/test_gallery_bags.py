@@ -132,11 +132,10 @@ def ros2(models: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[gal
 @contextlib.contextmanager
 def rosbag(ros: gallery.Ros1, path: Path, robot: str) -> Iterator[None]:
     """``rosbag record``, which begins when there is a time."""
-    command = ("rosbag", "record", "-O", str(path), *PLANTED[robot].topics, *CLOCK)
     run, master = ros.workspace.run, ros.master
     assert master is not None
     master.set("/use_sim_time", True)
-    with ros.workspace.start(*command, master=master):
+    with ros.workspace.recording(path, *PLANTED[robot].topics, *CLOCK, master=master):
         first = "{clock: {nsecs: 1000000}}"
         run("rostopic", "pub", "-1", "/clock", "rosgraph_msgs/Clock", first, master=master)
         await_condition(path.with_suffix(".bag.active").exists, "rosbag to record")

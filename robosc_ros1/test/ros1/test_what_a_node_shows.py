@@ -225,7 +225,7 @@ def test_tools_of_ros_have_no_complaint(
             puppet.publish(topic, type_, value)
         for topic, type_ in OUTPUTS:
             ear.do("listen", topic=topic, type=type_)
-        with stage.workspace.start("rosbag", "record", "-O", str(bag), *topics, master=roscore):
+        with stage.workspace.recording(bag, *topics, master=roscore):
             recorder = await_condition(lambda: recorder_of(roscore, topics), "the recorder")
             roscore.await_links(recorder)
             puppet.publish("/level", INT, 9)
