@@ -225,6 +225,7 @@ def test_a_run_without_faults(robosc: Robosc, supervisor: Supervisor, tmp_path: 
     ("arguments", "expected"),
     [
         (("nowhere.bag",), "cannot read nowhere.bag: there is no such file"),
+        (("new.bag",), "cannot read new.bag: there is no such file, but new.bag.active: rosbag has not"),
         (("text.mcap",), "text.mcap is no file of the format .mcap: it was not recorded by ROS"),
         (("run.bag", "--parameter", "speed=1"), "unknown parameter ~speed"),
         (
@@ -238,6 +239,7 @@ def test_what_cannot_be_judged(
 ) -> None:
     recorded(supervisor, tmp_path, "bag", seconds=0.5)
     (tmp_path / "text.mcap").write_text("This is no recording.\n" * 20)
+    (tmp_path / "new.bag.active").touch()
     done = robosc("replay", str(MODEL), *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"error: {expected}")

@@ -173,7 +173,11 @@ def _first_line(error: Exception) -> str:
 
 def _opened(path: Path, stack: ExitStack) -> bag_storage.BagStorage:
     if not path.exists():
-        raise UsageError(f"cannot read {path}: there is no such file")
+        unnamed = path.with_name(path.name + _ACTIVE)
+        raise UsageError(
+            f"cannot read {path}: there is no such file"
+            + f", but {unnamed.name}: rosbag has not completed it" * unnamed.exists()
+        )
     if path.is_dir():
         return _folder(path, stack)
     return bag_storage.BagStorage([(path.name, _storage(path, stack))], {})
