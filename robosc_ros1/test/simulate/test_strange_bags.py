@@ -228,6 +228,16 @@ def test_definitions_that_are_not_there_or_of_no_use(
     assert (found.tracks["/distance"].count, found.exit_code) == (1, 0)
 
 
+@pytest.mark.parametrize("definition", ["", "byte data\n"])
+def test_a_byte_of_ros_2_has_no_sign(tmp_path: Path, definition: str) -> None:
+    type_ = "std_msgs/msg/Byte"
+    with rosbag2.Writer(tmp_path / "run", version=9) as writer:
+        byte = writer.add_connection("/level", type_, msgdef=definition, rihs01="0" * 64)
+        writer.write(byte, int(START * 1e9), b"\0\1\0\0\xc8")
+    with opened_bag(tmp_path / "run") as bag:
+        assert [message.data for *_, message in bag.messages(["/level"], lambda *_: None)] == [200]
+
+
 def test_the_parts_of_a_split_bag_are_put_together(supervisor: Supervisor, tmp_path: Path) -> None:
     """As the page of the documentation says."""
     parts = [written(tmp_path / f"run_{n}.bag", *RIGHT, start=START + 3.0 * n) for n in range(2)]

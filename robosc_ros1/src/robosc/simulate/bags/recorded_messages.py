@@ -58,7 +58,8 @@ class MessageTypes:
         else:
             wanted[self.name] = known[self.name]
         self.store: Any = get_typestore(Stores.EMPTY)
-        self.store.register(_with_needed(wanted, known, channel))
+        types = _with_needed(wanted, known, channel)
+        self.store.register(types if self.is_ros_1 else _with_unsigned_bytes(types))
         for name, type_ in self.store.types.items():
             _as_in_ros(name, type_)
         if self.is_ros_1:
@@ -146,6 +147,21 @@ def _definitions(channel: Channel) -> Mapping[str, interfaces.Definition]:
         return recorded.definitions(channel.definition, channel.type, channel.schema)
     except ValueError as error:
         raise UsageError(f"{channel.topic}: {error}") from None
+
+
+def _with_unsigned_bytes(types: dict[str, Any]) -> dict[str, Any]:
+    """The types of ROS 2: the bytes of those that rosbags knows itself have a sign, as in ROS 1."""
+    return {
+        name: (constants, [(field, _unsigned(type_)) for field, type_ in members])
+        for name, (constants, members) in types.items()
+    }
+
+
+def _unsigned(type_: Any) -> Any:
+    kind, what = type_
+    if what == ("byte", 0):
+        return _single("uint8")
+    return (kind, (_unsigned(what[0]), what[1])) if isinstance(what[0], tuple) else type_
 
 
 def _with_needed(
