@@ -87,6 +87,12 @@ class Span:
     def text(self) -> str:
         return self.source.text[self.start : self.end]
 
+    def told_from(self, other: Span) -> str:
+        """The line, as it is told in the source of another span: ``line 42``, or with the name of
+        the file where that is a different one, ``Rover.rscd:42``."""
+        alike = self.source is other.source
+        return f"line {self.line}" if alike else f"{Path(self.source.path).name}:{self.line}"
+
     def to(self, other: Span) -> Span:
         """The range from the start of this span to the end of another in the same source."""
         return Span(self.source, self.start, other.end)

@@ -39,8 +39,9 @@ def test_a_topic_of_two_types_is_refused(tmp_path: Path) -> None:
     )
     done = run_robosc(("generate", "two.rscd", "--target", "ros2"), tmp_path, {})
     assert done.returncode == 2
-    assert "two.rscd:3: the topic /t carries std_msgs/msg/String here and std_msgs/msg/Bool" in (
-        done.stderr
+    assert (
+        "two.rscd:3: the topic /t carries std_msgs/msg/String here and std_msgs/msg/Bool in line 2;"
+        in done.stderr
     )
 
 

@@ -209,14 +209,15 @@ def _communication(analysis: Analysis, symbol: Symbol, derived: Derived | None) 
     own = (r for r in contents.robot.requirements if not r.implied)
     found = [r for r in own if info.key in r.communications]
     if found:
-        texts = (_requirement(r, events.EventKind.CANCEL in info.events) for r in found)
+        cancels = events.EventKind.CANCEL in info.events
+        texts = (_requirement(r, cancels, contents.robot.span) for r in found)
         yield "Requirements:\n\n" + _fenced("rscd", "\n".join(texts))
     if derived is not None:
         yield from _guards(info.key, derived)
 
 
-def _requirement(requirement: Requirement, is_action: bool) -> str:
-    text = f"{' '.join(requirement.span.text.split())}  // line {requirement.span.line}"
+def _requirement(requirement: Requirement, is_action: bool, model: Span) -> str:
+    text = f"{' '.join(requirement.span.text.split())}  // {requirement.span.told_from(model)}"
     cancels = is_action and requirement.concerns(events.EventKind.CANCEL)
     return f"{text}, also a reason to cancel it" if cancels else text
 

@@ -226,7 +226,7 @@ class Coverage:
             for judged in self._edges[step.number, partner.component, location]:
                 (line, target), assigned = judged.edge.name, judged.edge.assigned
                 case = step.number, partner.component, line, target
-                where = f"(line {line}{target and f', to {told_with_stage(target)}'})"
+                where = f"({line}{target and f', to {told_with_stage(target)}'})"
                 told = f"{name} in {partner.component} {where}"
                 if partner.component == step.event.key:
                     told = f"{name} as expected {where}"

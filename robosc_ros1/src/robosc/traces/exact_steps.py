@@ -203,7 +203,7 @@ class ExactEdge:
     expressions.
     """
 
-    name: tuple[int, str]
+    name: tuple[str, str]
     guard: Function | None
     condition: Expr | None
     assigned: tuple[tuple[str, Function, Any, bool], ...]
@@ -571,7 +571,7 @@ class Steps:
             keys = [(f"{automaton.component}.{a.variable}", a.value) for a in edge.assignments]
             found.append(
                 ExactEdge(
-                    (edge.span.line, "" if source == target else target),
+                    (edge.span.told_from(self.robot.span), "" if source == target else target),
                     None if condition is None else function(condition),
                     condition,
                     tuple((k, function(v), *self._kind(k)) for k, v in keys),

@@ -49,8 +49,8 @@ def _demand_one_type_per_topic(robot: Robot) -> None:
             span, type_ = communication.span, _interface(communication)
             raise UsageError(
                 f"{span.source.path}:{span.line}: the topic {_name(communication)} carries {type_}"
-                f" here and {_interface(other)} in line {other.span.line}; a node of ROS 2 cannot"
-                " have both"
+                f" here and {_interface(other)} in {other.span.told_from(span)}; a node of ROS 2"
+                " cannot have both"
             )
 
 
