@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 
 from robosc import codes, errors, limits, source
@@ -85,6 +86,27 @@ class Muted(Report):
 
     def suggest(self, name: str, candidates: Iterable[str], what: str = "") -> Hint | None:
         return None
+
+
+class OfImport(Report):
+    """The report of a component that is resolved again where it is imported.
+
+    A library with errors is not imported. So those that remain come from the constants that the
+    import sets, unless another component of the library is missing. ``place`` is the name of the
+    component in the import.
+    """
+
+    def __init__(self, report: Report, place: source.Span) -> None:
+        super().__init__()
+        self._report = report
+        self._place = place
+
+    def _keep(self, diagnostic: errors.Diagnostic) -> None:
+        told = [(d.code, d.span) for d in self._report.diagnostics]
+        is_error = diagnostic.severity is errors.Severity.ERROR
+        if is_error and ("import-incomplete", self._place) not in told:
+            note = errors.Note("the component is imported here", self._place)
+            self._report.extend([replace(diagnostic, notes=(*diagnostic.notes, note))])
 
 
 def first_of(names: Iterable[str]) -> str:

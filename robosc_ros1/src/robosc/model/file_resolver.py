@@ -27,7 +27,7 @@ from robosc.model.declarations.datatypes import Given, TypeTable
 from robosc.model.declarations.performing import find_performed, performed_data, with_performed
 from robosc.model.declarations.statements import StatementResolver, Statements, check_preferences
 from robosc.model.declarations.type_declarations import TypeDeclarations
-from robosc.model.diagnostics import Muted, Report
+from robosc.model.diagnostics import OfImport, Report
 from robosc.model.names import copies, tables
 from robosc.model.names.scope import FileScope, report_duplicate
 from robosc.model.names.value_scope import ValueScope
@@ -150,7 +150,6 @@ class FileResolver:
         self.component_table = tables.ComponentTable()
         self.types = TypeTable(scope, type_declarations, report, self._rule_condition)
         self._binder = Binder(definitions, type_declarations, report)
-        self._muted = Muted()
 
     def resolve(self) -> FileContents:
         """The contents of the file; to be called once."""
@@ -310,17 +309,24 @@ class FileResolver:
                 self.component_table.broken.add(node.name.text)
                 return
             instance = found
-            self._own_values(instance, self._muted)
-            declare(instance, self._muted)
+            self._declare(instance)
         self.component_table.add(instance)
 
     def _declared(self, node: nodes.ComponentNode) -> tables.Instance:
         """A component of this file, with what it declares."""
         instance = tables.Instance(node.name.text, node, self.types)
-        self._own_values(instance, self._report)
-        instance.node = components.with_initial_states(instance, self._report)
-        declare(instance, self._report)
+        self._declare(instance)
         return instance
+
+    def _declare(self, instance: tables.Instance) -> None:
+        report = self._report_of(instance)
+        self._own_values(instance, report)
+        instance.node = components.with_initial_states(instance, report)
+        declare(instance, report)
+
+    def _report_of(self, instance: tables.Instance) -> Report:
+        imported = instance.imported
+        return self._report if imported is None else OfImport(self._report, imported.component.span)
 
     def _bind(self, instance: tables.Instance) -> None:
         symbols = self._symbols(instance)
@@ -328,8 +334,7 @@ class FileResolver:
             bind(info, symbols, self._binder, self._report)
 
     def _find_performed(self, instance: tables.Instance) -> None:
-        report = self._report if instance.library is None else self._muted
-        find_performed(instance, self._symbols(instance), report)
+        find_performed(instance, self._symbols(instance), self._report_of(instance))
 
     def _check_duplicates(self) -> None:
         """Resolve duplicate components and behaviours, only to report the faults in them."""
@@ -378,7 +383,7 @@ class FileResolver:
 
     def _component(self, instance: tables.Instance) -> entities.Component:
         symbols = self._symbols(instance)
-        report = self._report if instance.library is None else self._muted
+        report = self._report_of(instance)
         instance.types.values.resolve()
         behaviour = automata.Behaviour(span=instance.node.name.span)
         if instance.behaviour is not None:
@@ -439,7 +444,7 @@ class FileResolver:
 
     def _add_statements(self, instance: tables.Instance, statements: Statements) -> None:
         """Resolve the statements of a component, which sees names as its behaviour does."""
-        report = self._report if instance.library is None else self._muted
+        report = self._report_of(instance)
         symbols = self._symbols(instance)
         resolver = StatementResolver(symbols, instance.types, self._binder, report)
         owner = instance.name if instance.imported is not None else ""

@@ -54,7 +54,7 @@ def _resolved(node: _Node, instance: Instance, report: Report) -> _Node:
     same = all(a is b for a, b in zip(items, node.items, strict=True))
     changed = node if same else replace(node, items=items)
     if isinstance(changed, StateNode) and changed.when is not None:
-        return replace(changed, initial=_holds(changed, instance, report), when=None)
+        return replace(changed, initial=_holds(changed, instance, report))
     return changed
 
 

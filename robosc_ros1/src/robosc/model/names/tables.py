@@ -250,7 +250,7 @@ class ComponentTable:
     """All components of one file; ``broken`` are the names of imports that failed.
 
     ``by_name`` has the communications of each name, ``by_origin`` the instances of each declaration
-    (by identity of its node). ``closed``: the robot is made, and its phases are known.
+    (by identity of its name). ``closed``: the robot is made, and its phases are known.
     """
 
     instances: dict[str, Instance] = field(default_factory=dict)
@@ -262,7 +262,7 @@ class ComponentTable:
     def add(self, instance: Instance) -> None:
         """Add an instance under its name."""
         self.instances[instance.name] = instance
-        self.by_origin.setdefault(id(instance.node), []).append(instance)
+        self.by_origin.setdefault(id(instance.node.name), []).append(instance)
 
     @property
     def copies(self) -> Iterator[names.Copy]:
@@ -362,7 +362,7 @@ class ImportedSymbolTable(SymbolTable):
         assert self.own is not None and self.own.imported is not None
         if wanted is self.original:
             return self.own
-        found = self.component_table.by_origin.get(id(wanted.node), [])
+        found = self.component_table.by_origin.get(id(wanted.node.name), [])
         if len(found) > 1:
             found = [i for i in found if i.prefix == self.own.prefix]
         if len(found) == 1:
