@@ -325,3 +325,50 @@ def test_paths_are_relative_as_the_user_gave_them(
     relative = {"robots/one": "one.rscd", "robots": "one/one.rscd"}.get(start, "../one.rscd")
     robot, diagnostics = load(relative, definitions=MessageDefinitions())
     assert robot is not None, render_all(diagnostics)
+
+
+STAMPS = """library Stamps {
+    datatype object Vector { x: double }
+    interface vector use Vector3 from geometry_msgs
+    interface goal use GoalStatus from actionlib_msgs
+}
+"""
+
+
+def test_the_interfaces_of_a_library_are_there_under_its_name(model: Path) -> None:
+    library = model.parent / "Stamps.rscd"
+    library.write_text(STAMPS)
+    assert load(str(library), (), MessageDefinitions())[1] == ()  # who imports it may use them
+    robot = robot_of(
+        model,
+        """
+        component Pump {
+            incoming message push with type: Stamps.Vector links Stamps.vector
+            outgoing message state with timeout: 1 s, type: actionlib_msgs/GoalStatus
+            behaviour {
+                variable gone: boolean
+                on response from state do gone := value.status = Stamps.goal.ABORTED
+                initial marked state on_ {}
+            }
+        }
+        requirement push needs state.fresh and !Pump.gone
+        stop with push
+        """,
+    )
+    binding = robot.communications["Pump.push"].binding
+    assert (binding.package, binding.type) == ("geometry_msgs", "Vector3")
+
+
+@pytest.mark.parametrize(
+    ("linked", "marked", "hint"),
+    [
+        ("Stamps.vectr", "vectr", "did you mean 'vector'?"),
+        ("Stmps.vector", "Stmps", "declare: interface vector use TYPE from PACKAGE"),
+    ],
+)
+def test_interfaces_that_no_library_has(model: Path, linked: str, marked: str, hint: str) -> None:
+    (model.parent / "Stamps.rscd").write_text(STAMPS)
+    text = f"component Pump {{ incoming message push with type: Stamps.Vector links {linked} }}"
+    (found,) = read(model, text)[1]
+    assert (found.message, found.span.text) == (f"there is no interface '{linked}'", marked)
+    assert found.hint == hint

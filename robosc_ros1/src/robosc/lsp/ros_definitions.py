@@ -22,7 +22,8 @@ def interface_of(info: CommunicationInfo, definitions: MessageDefinitions) -> In
     if links is None:
         binding = info.entity.binding if info.entity is not None else None
         return next((i for i in BASIC.values() if binding and i.type == binding.type), None)
-    interface = info.instance.types.scope.interfaces.get(links.text)
+    owner = info.instance.types.owner(links)
+    interface = None if owner is None else owner.scope.interfaces.get(links.name.text)
     return _definition(info, interface, definitions) if interface is not None else None
 
 

@@ -200,7 +200,7 @@ def _attributes(attributes: Sequence[Attribute]) -> ParserElement:
     if "request" in elements:
         definition = label("type") - t.ros_type("a ROS type 'package/Type' after 'type:'")
         elements["type"] = built(definition, _named("type"))
-    links = keyword("links") - t.name("the name of an interface after 'links'")
+    links = keyword("links") - t.interface("the name of an interface after 'links'")
     expected = errors.listing((f"'{name}:'" for name in elements), "or")
     several = [either(list(elements.values()), expected + where) for where in (" after 'with'", "")]
     first, others = several

@@ -196,7 +196,7 @@ class ArrayTypeNode(_Node):
 
 @dataclass(frozen=True, slots=True)
 class NamedTypeNode(_Node):
-    """A type by name, perhaps of a library: ``Way``, ``Library.Way``, also ``duration``."""
+    """A type or interface by name, perhaps of a library: ``Way``, ``Library.Way``, ``duration``."""
 
     name: Name
     library: Name | None = None
@@ -291,7 +291,7 @@ class MessageNode(_Node):
     name: Name
     identifier: StringNode | None
     type: TypeNode
-    links: Name | None
+    links: NamedTypeNode | None
     timeout: ExprNode | None = None
     rate: RateNode | Name | None = None
     max_age: ExprNode | None = None
@@ -314,7 +314,7 @@ class ServiceNode(_Node):
     identifier: StringNode | None
     request: TypeNode
     response: TypeNode
-    links: Name | None
+    links: NamedTypeNode | None
     timeout: ExprNode | None = None
     expect: ExprNode | None = None
     rate: RateNode | Name | None = None
@@ -334,7 +334,7 @@ class ActionNode(_Node):
     request: TypeNode
     response: TypeNode
     feedback: TypeNode
-    links: Name | None
+    links: NamedTypeNode | None
     timeout: ExprNode | None = None
     within: ExprNode | None = None
     expect: ExprNode | None = None

@@ -238,6 +238,11 @@ def _build_ros_type(
     return nodes.RosTypeNode(package, type_, written, span=reading.span(start, end))
 
 
+def interface(expected: str) -> ParserElement:
+    """An interface, perhaps of a library: ``scan``, ``Library.scan``."""
+    return terminal("NAME (?: '.' WORD )?", expected, _build_named)
+
+
 def _build_basic(
     reading: ParseState, start: int, end: int, parts: list[Any]
 ) -> nodes.BasicTypeNode:

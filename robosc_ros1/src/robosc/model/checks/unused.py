@@ -113,14 +113,14 @@ def check_unused(
 
     To be called for a model without errors only.
     """
+    if scope.node.kind == "library":
+        return  # whoever imports it may use them
     for name, datatype in scope.datatypes.items():
         if name not in scope.used_datatypes:
             report.add("unused-datatype", datatype.name.span, f"datatype '{name}' is never used")
     for name, interface in scope.interfaces.items():
         if name not in scope.used_interfaces:
             report.add("unused-interface", interface.name.span, f"interface '{name}' is never used")
-    if scope.node.kind == "library":
-        return  # whoever imports it may read its variables
     expressions = list(all_expressions(robot))
     _check_values(scope, values, component_table, report)
     _check_variables(component_table, expressions, report)

@@ -341,17 +341,23 @@ def _interface(
         return type_, True
     if links is None:
         return None, not scope.is_cut_short(info.node.span)
-    scope.used_interfaces.add(links.text)
-    found = scope.interfaces.get(links.text)
-    scope.names.use(links, found)
+    owner = info.instance.types.owner(links)
+    found = None if owner is None else owner.scope.interfaces.get(links.name.text)
+    scope.names.use(links.name, found)
+    if owner is not None:
+        owner.scope.used_interfaces.add(links.name.text)
+        if links.library is not None:
+            scope.names.use(links.library, owner.scope.node)
     if found is None:
-        if not scope.is_unresolved(links.text, "interface"):
-            hint = report.suggest(links.text, scope.interfaces)
+        unknown = links.library if links.library is not None and owner is None else links.name
+        if not scope.is_unresolved(unknown.text, "interface"):
+            name = links.name.text
+            hint = None if owner is None else report.suggest(name, owner.scope.interfaces)
             report.add(
                 "unknown-interface",
-                links.span,
-                f"there is no interface '{links.text}'",
-                hint or f"declare: interface {links.text} use TYPE from PACKAGE",
+                unknown.span,
+                f"there is no interface '{links.span.text}'",
+                hint or f"declare: interface {name} use TYPE from PACKAGE",
             )
         return None, False
     return found, is_legal(found)

@@ -97,12 +97,17 @@ class KnownTypes:
         constants = self.type_declarations.ros.constants(node.package.text, node.type.text)
         return not isinstance(constants, interfaces.Missing) and name in constants
 
-    def interface_constant(self, access: Access, member: Name) -> Literal | None:
-        """``interface.NAME``: a constant of its definition; None after an error."""
-        node = self.scope.interfaces[access.root.text]
-        self.scope.used_interfaces.add(access.root.text)
-        self.scope.names.use(access.root, node)
-        return self._ros_constant(node.package, node.type, member, access.span)
+    def interface_constant(
+        self, interface: Name, scope: FileScope, member: Name, span: Span
+    ) -> Literal | None:
+        """``interface.NAME``: a constant of its definition; None after an error.
+
+        ``scope`` is the file that declares the interface.
+        """
+        node = scope.interfaces[interface.text]
+        scope.used_interfaces.add(interface.text)
+        self.scope.names.use(interface, node)
+        return self._ros_constant(node.package, node.type, member, span)
 
     def ros_constant(self, package: Name, type_: Name, member: Name, span: Span) -> Literal | None:
         """``package/Type.NAME``: a constant of a definition; None after an error."""
@@ -288,6 +293,10 @@ class TypeTable(KnownTypes):
                 if "duration" not in self.scope.datatypes:
                     return DurationType()
         return self.resolve(node)
+
+    def owner(self, node: nodes.NamedTypeNode) -> KnownTypes | None:
+        """The table of the file that a name is of: this one or a library; None if there is none."""
+        return self if node.library is None else self.libraries.get(node.library.text)
 
     def _of_library(self, node: nodes.NamedTypeNode, library: nodes.Name) -> Type | None:
         """The type ``Library.Name`` of an imported library; None after a reported error."""

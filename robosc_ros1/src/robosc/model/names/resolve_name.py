@@ -24,6 +24,7 @@ from robosc.model.declarations.datatypes import TypeTable
 from robosc.model.diagnostics import Report
 from robosc.model.names.occurrences import Declaration, Symbol, SymbolKind
 from robosc.model.names.report_unknown import NameFaults, last_name
+from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import RETRIES, CommunicationInfo, Instance, SymbolTable
 from robosc.model.names.value_scope import ValueScope
 from robosc.syntax.nodes import Access, BinaryNode, FunctionNode, Name, StateNode, ValueNode
@@ -73,6 +74,9 @@ class Meanings:
             case (Name() as member, Name() as phase):
                 meanings = self._phase_of_member(access, member, phase)
                 meanings = meanings or self._value_of_library_enum(access, member, phase)
+                library = self._types.libraries.get(access.root.text)
+                if not meanings and library and member.text in library.scope.interfaces:
+                    return self._interface_constant(access, member, library.scope, phase)
                 if not meanings:
                     self._faults.no_parts(access)
                     return None
@@ -224,8 +228,7 @@ class Meanings:
             known = symbols.communications(root)
             meanings = self._phase(access, known[0] if len(known) == 1 else None, member)
         if not meanings and self._is_constant(root, name):
-            constant = self._types.interface_constant(access, member)
-            return None if constant is None else [constant]
+            return self._interface_constant(access, access.root, self._types.scope, member)
         if meanings:
             return meanings
         if (symbols and symbols.is_broken(root)) or self._types.scope.is_unresolved(name):
@@ -321,6 +324,13 @@ class Meanings:
         component = self._symbols.component(access.root.text) if self._symbols else None
         info = component.communications.get(member.text) if component else None
         return self._phase(access, info, phase)
+
+    def _interface_constant(
+        self, access: Access, interface: Name, scope: FileScope, member: Name
+    ) -> list[Expr] | None:
+        """``interface.NAME`` or ``Library.interface.NAME``: a constant of a real definition."""
+        found = self._types.interface_constant(interface, scope, member, access.span)
+        return None if found is None else [found]
 
     def _value_of_library_enum(self, access: Access, datatype: Name, value: Name) -> list[Expr]:
         """``Library.Enum.value``: the value of a library's enum."""
