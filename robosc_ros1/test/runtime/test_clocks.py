@@ -443,6 +443,19 @@ def test_the_time_that_is_left_is_told() -> None:
     assert left == {"scan": pytest.approx(0.4), "Motor.rest": pytest.approx(1.9)}
 
 
+@pytest.mark.parametrize("delays", [(1.0, 2.0, 5.0), (5.0, 2.0, 1.0)])
+def test_of_several_delays_of_one_state_the_next_one_is_told(
+    delays: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (after,) = WatchController.AFTERS
+    rows = tuple(after._replace(number=n, delay=time) for n, time in enumerate(delays, 1))
+    monkeypatch.setattr(WatchController, "AFTERS", rows)
+    bench = Bench(rate=0.01)
+    for passed, left in ((0.5, 0.5), (1.0, 0.5), (1.0, 2.5), (3.0, 0.0)):
+        bench.wait(passed)
+        assert bench.engine.snapshot()["clocks"]["Motor.rest"] == pytest.approx(left)
+
+
 def test_a_parameter_says_how_long() -> None:
     settings, warnings = read(WatchController.COMMUNICATIONS, {"timeout/scan": 2})
     assert warnings == []

@@ -32,6 +32,14 @@ def test_an_answer_waits_until_it_is_allowed() -> None:
     play(orders, "expect order.idle")
 
 
+def test_the_controller_may_take_its_time() -> None:
+    """It is there, so no deadline ends a call that it has taken, as none does in the node."""
+    orders = player("orders")
+    play(orders, "order.request data: true", "door true")
+    assert not play(orders, "wait 60").happenings
+    play(orders, "expect order.busy", "order.response", "expect order.idle")
+
+
 def test_an_error_and_a_cancel() -> None:
     missions = player("missions")
     play(missions, "mission.request x: [2.0]", "mission.feedback", "mission.cancel")

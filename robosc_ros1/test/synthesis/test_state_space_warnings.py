@@ -196,6 +196,17 @@ def test_requirement_that_can_never_be_met() -> None:
     assert found.message.endswith("can never be met: go can never happen")
 
 
+def test_requirement_on_a_command_that_a_component_blocks_anyway() -> None:
+    body = """
+        component A {
+            incoming message go with type: none
+            behaviour { initial marked state still {} marked state ready { on request to go } }
+        }
+        requirement go needs Switch.on
+    """
+    assert codes(SWITCH + body) == []
+
+
 def test_requirement_that_is_true_wherever_the_plant_can_but_not_everywhere() -> None:
     """It says what the component's synchronisation says too; that is no fault."""
     body = """

@@ -15,6 +15,8 @@ from ros_support import EXAMPLES, run_robosc
 from robosc import pipeline
 from robosc.model.resolve import load
 from robosc.plant.build import lower
+from robosc.simulate.machines.execute import Execution
+from robosc.simulate.machines.machine import Happening
 from robosc.simulate.script.run import follow_script
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
@@ -42,6 +44,52 @@ def test_the_generated_controller_passes(name: str) -> None:
     """Expectations are those of the plant, so this compares the two."""
     supervisor = supervisor_of(name)
     for text in scripts_of(supervisor):
+        out, messages = io.StringIO(), io.StringIO()
+        session = Session(machine_maker(supervisor, execute=True))
+        done = follow_script(session, text.splitlines(), "run", out, messages, False)
+        assert (done.exit_code, messages.getvalue()) == (0, "")
+
+
+LONG = """
+robot Long {
+    component Base {
+        outgoing message start with timeout: 1 s, type: none
+        incoming message go with type: none
+        incoming message blink with rate: 20 Hz, type: none
+        behaviour {
+            initial marked state idle { on response from start goto moving }
+            state moving {
+                on request to go
+                after 90 s goto resting
+                after 10 min goto idle
+            }
+            state resting {
+                on response from start goto blinking
+                after 3 min goto idle
+            }
+            state blinking { on request to blink after 2 min goto idle }
+        }
+    }
+    stop with nothing
+}
+"""
+
+
+def test_a_wait_brings_no_more_than_a_node_does_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The player of a package turns the clock once for each wait, however long that is."""
+
+    def wait(self: Execution, seconds: float) -> list[Happening]:
+        self._clock.time += seconds + 1e-9
+        self._engine.cycle()
+        return self._happened()
+
+    robot, _ = load(Source("long.rscd", LONG))
+    assert robot is not None
+    supervisor = synthesize(lower(robot))
+    scripts = scripts_of(supervisor)
+    assert any("expect Base.resting" in text and "wait 180" in text for text in scripts)
+    monkeypatch.setattr(Execution, "wait", wait)
+    for text in scripts:
         out, messages = io.StringIO(), io.StringIO()
         session = Session(machine_maker(supervisor, execute=True))
         done = follow_script(session, text.splitlines(), "run", out, messages, False)

@@ -270,28 +270,30 @@ class Recorder:
     def _await(self, step: ExactStep) -> None:
         """Let time pass until an event that it causes, while messages stay fresh."""
         target = step.phase or ""
-        left = self._time_to(step)
-        if left > LONGEST:
-            if left <= NEVER:
-                self._wait(_up(left), step)
+        left = max(self._times_to(step), default=0.0)
+        if left > NEVER:
             return
-        for _ in range(BEATS):
+        is_short = left <= LONGEST
+        for beat in range(BEATS):
             if self.is_over or not step.in_phase(self.state):
                 return
-            delay = self._next(set(self._fresh(target)))
+            # One wait brings one moment: to a node, all that a longer one brings comes at once.
+            delay = self._next(set(self._fresh(target)) if is_short else ())
             if delay is None or delay > NEVER:  # nothing but deadlines that no run is to meet
                 return
-            part = self._kept_fresh(delay, target)
+            if beat > PARTS and min(self._times_to(step), default=0.0) > BEATS * delay:
+                return  # commands come too often
+            part = self._kept_fresh(delay, target) if is_short else delay
             if not self.is_over and self._wait(_up(part), step):
                 return
 
-    def _time_to(self, step: ExactStep) -> float:
-        """The seconds until time brings an event; 0: that depends on more than a delay."""
+    def _times_to(self, step: ExactStep) -> list[float]:
+        """The seconds of the clocks that may bring an event; none: that depends on more."""
         if step.phase in self._heard:
-            return self._left(step.phase)
+            return [self._left(step.phase)]
         heres = [f"{p.component}.{self.state[p.place]}" for p in step.partners]
         clocks = self.machine.clocks.items()
-        return max((t for n, t in clocks if any(stands_in(h, n) for h in heres)), default=0.0)
+        return [t for n, t in clocks if any(stands_in(h, n) for h in heres)]
 
     def _wait(self, time: float, until: ExactStep | None = None) -> bool:
         """Let time pass; whether an event happened then."""

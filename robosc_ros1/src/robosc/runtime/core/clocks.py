@@ -219,12 +219,14 @@ class Clocks:
 
     def time_left(self) -> dict[str, float]:
         """Return the seconds until each running clock is due, by its message's key or by
-        ``Component.state``."""
+        ``Component.state``: of several delays of one state the next one that is not over."""
         time = self.time()
         found = {w.key: w.deadline - time for w in self._watches.values() if w.deadline is not None}
         for timer in self._of_timers():
             if timer.deadline is not None:
-                found["%s.%s" % (timer.row.component, timer.row.state)] = timer.deadline - time
+                name, left = "%s.%s" % (timer.row.component, timer.row.state), timer.deadline - time
+                if found.get(name, 0.0) <= 0.0 or 0.0 < left < found[name]:
+                    found[name] = left
         return {name: max(0.0, left) for name, left in found.items()}
 
     def _all(self) -> list[Clock]:
