@@ -225,7 +225,10 @@ def test_a_run_without_faults(robosc: Robosc, supervisor: Supervisor, tmp_path: 
     ("arguments", "expected"),
     [
         (("nowhere.bag",), "cannot read nowhere.bag: there is no such file"),
-        (("new.bag",), "cannot read new.bag: there is no such file, but new.bag.active: rosbag has not"),
+        (
+            ("new.bag",),
+            "cannot read new.bag: there is no such file, but new.bag.active: rosbag has not",
+        ),
         (("text.mcap",), "text.mcap is no file of the format .mcap: it was not recorded by ROS"),
         (("run.bag", "--parameter", "speed=1"), "unknown parameter ~speed"),
         (
