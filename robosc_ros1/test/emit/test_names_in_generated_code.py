@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from emit.generated_code import controller_class, supervisor_of
 
+from robosc.runtime.core.model import Controller
+
 MODEL = """
 robot Controller {
     component A {
@@ -88,3 +90,18 @@ def test_names_that_collide_or_are_words_of_python() -> None:
     assert controller.components() == {
         "A": "None", "A_b": "self", "Divide": "lambda", "Class": "yield", "On": "components",
     }  # fmt: skip
+
+
+def test_a_parameter_may_be_called_as_what_the_runtime_asks_of_a_controller() -> None:
+    """``phase`` was replaced by its value."""
+    asked = sorted(name for name in dir(Controller) if not name.startswith("_"))
+    words = "".join(f"parameter ^{name}: double = 2.5\n" for name in asked)
+    needs = " + ".join(f"^{name}" for name in asked)
+    model = f"robot R {{ {words} component A {{ incoming message go with type: double }}"
+    make, _ = controller_class(supervisor_of(f"{model} provide go with {needs} }}"))
+    controller = make()
+    assert controller.parameters() == dict.fromkeys(asked, 2.5)
+    for name in asked:
+        assert type(getattr(controller, name)) is not float, name
+    (command,) = controller.COMMANDS
+    assert command.data(controller) == {"data": 2.5 * len(asked)}

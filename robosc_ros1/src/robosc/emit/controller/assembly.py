@@ -26,7 +26,7 @@ from robosc.emit.controller.python_literals import literal
 from robosc.emit.controller.template_data import LastingView
 from robosc.emit.package import config, rendering
 from robosc.expr import traversal, tree, types
-from robosc.language import events, functions
+from robosc.language import events
 from robosc.language.events import EventKind
 from robosc.language.functions import HELPERS
 from robosc.model import entities
@@ -143,15 +143,10 @@ def described(kind: EventKind, communication: entities.Communication) -> str:
     return f"{kind.word} of the {communication.kind.value} {communication.name}"
 
 
-# What the module imports or defines, and what the base class has.
-_RESERVED = """
-    After BrokenAssumption Command Communication Controller Input Mismatch Parameter Requirement
-    Tau Undefined annotations ROBOT SOURCE COMMUNICATIONS INPUTS COMMANDS TAUS AFTERS
-    REQUIREMENTS PARAMETERS STAGES STEP_BOUND assigned components configure copied copy
-    count_undefined given holds in_range kept message now only_field optional parameters reason
-    self undefined value variables LASTING follow lasting PERSISTENT
-    persistent_file forget
-"""
+_RESERVED = frozenset(dir(model.Controller)).union(
+    model.Controller.__annotations__, *_OF_RUNTIME.values(), HELPERS, ("annotations", "message", "self", "value"),
+)  # fmt: skip
+"""What the base class has, the module imports, and methods call their arguments."""
 
 
 def controller_context(supervisor: Supervisor, robot_file: str) -> template_data.ControllerContext:
@@ -167,7 +162,7 @@ class _Builder:
         self.supervisor = supervisor
         self.plant: Plant = supervisor.plant
         self.robot = supervisor.plant.robot
-        self.names = PythonNames([*_RESERVED.split(), *functions.HELPERS])
+        self.names = PythonNames(_RESERVED)
         self.class_name = self.names.take(f"{self.robot.name}Controller")
         self.enums = messages.converting_enums(self.robot)
         self.part_names = supervisor.part_names
