@@ -20,7 +20,9 @@ from robosc import pipeline
 from robosc.emit.export.cif import cif_plant, cif_supervised
 from robosc.errors import UsageError
 from robosc.model.entities import Robot
+from robosc.model.resolve import load
 from robosc.plant.build import lower
+from robosc.source import Source
 from robosc.synthesis import explore
 from robosc.synthesis.event_parameters import weight
 
@@ -223,6 +225,52 @@ def test_an_enum_of_no_variable_is_compared_by_classes() -> None:
     text = cif_plant(lower(robot_of(f"robot R {{ {ENUM} }}")))
     assert "enum Band" not in text
     assert "u_name_response_is_empty" in text
+
+
+NEVER_THERE = {
+    "what is not expected": (
+        "service lock with expect: value.success, request: none, response: Done links lock",
+        "on request to lock goto busy",
+        "on response from lock do done := value.success goto idle on error from lock goto idle",
+    ),
+    "data that a component blocks": (
+        "incoming message lock with type: boolean outgoing message told with type: boolean",
+        "on request to lock if value goto busy",
+        "on response from told do done := value goto idle",
+    ),
+}
+LOCK = """
+robot Lock {{
+    datatype object Done {{ success: boolean }}
+    interface lock use Trigger from std_srvs
+    component Door {{
+        {communications}
+        behaviour {{
+            variable done: boolean
+            initial marked state idle {{ {asks} }}
+            state busy {{ {ends} }}
+        }}
+    }}
+    component Lamp {{
+        incoming message shine with type: none
+        behaviour {{ initial marked state dark {{ on request to {{ shine, lock }} }} }}
+    }}
+    requirement shine needs Door.done
+}}
+"""
+
+
+@pytest.mark.parametrize("case", NEVER_THERE)
+def test_values_with_which_an_event_never_happens(case: str) -> None:
+    """An event of which an automaton has no edge at all would be possible always."""
+    communications, asks, ends = NEVER_THERE[case]
+    text = LOCK.format(communications=communications, asks=asks, ends=ends)
+    robot, _ = load(Source("lock.rscd", text), supervises=True)
+    assert robot is not None
+    found = read_cif(cif_plant(lower(robot))).graph()
+    graph = pipeline.explore(robot, plant=True)
+    assert len(found) == len(graph.states)
+    assert sum(map(len, found.values())) == len(graph.transitions)
 
 
 def test_names_have_no_letters_but_those_of_cif() -> None:

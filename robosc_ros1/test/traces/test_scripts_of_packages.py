@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import struct
 from pathlib import Path
 
 import pytest
@@ -14,19 +15,21 @@ from ros_support import EXAMPLES, run_robosc
 
 from robosc import pipeline
 from robosc.model.resolve import load
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.plant.build import lower
 from robosc.simulate.machines.execute import Execution
 from robosc.simulate.machines.machine import Happening
 from robosc.simulate.script.run import follow_script
 from robosc.simulate.script.session import Session
 from robosc.simulate.start import machine_maker
+from robosc.simulate.values.message_fields import KnownFields
 from robosc.source import Source
 from robosc.supervisor import Supervisor
 from robosc.synthesis import synthesize
 from robosc.traces import unreachable
 from robosc.traces.coverage import Case, Coverage
 from robosc.traces.exact_steps import Steps
-from robosc.traces.scripts import choose
+from robosc.traces.scripts import choose, script
 
 PLAYED = ("courier", "door", "drone", "kobuki", "navigation", "order", "two_robots")
 
@@ -93,6 +96,49 @@ def test_a_wait_brings_no_more_than_a_node_does_at_once(monkeypatch: pytest.Monk
         out, messages = io.StringIO(), io.StringIO()
         session = Session(machine_maker(supervisor, execute=True))
         done = follow_script(session, text.splitlines(), "run", out, messages, False)
+        assert (done.exit_code, messages.getvalue()) == (0, "")
+
+
+NARROW = """
+robot Narrow {
+    component Tank {
+        outgoing message level with timeout: 5 s, type: double
+        incoming message fill with type: double
+        incoming message note with rate: once, type: string
+        behaviour {
+            variable left: double = 1.0
+            initial marked state on_ { on response from level do left := value }
+        }
+    }
+    requirement fill needs level.fresh and Tank.left > 0.3
+    requirement note needs level.fresh and Tank.left < 0.2
+    provide fill with sqrt(Tank.left - 0.3)
+    provide note with "left: " + string(Tank.left)
+    stop with nothing
+}
+"""
+
+
+def test_data_are_expected_as_they_come_of_fields_of_32_bits() -> None:
+    """Those of a number as it is typed may be others, by far beside a root or in a text."""
+
+    def arriving(number: re.Match[str]) -> str:
+        return str(*struct.unpack("<f", struct.pack("<f", float(number[0]))))
+
+    robot, _ = load(Source("narrow.rscd", NARROW))
+    assert robot is not None
+    supervisor = synthesize(lower(robot))
+    texts = [
+        script(supervisor, run, "run")
+        for run in choose(supervisor, KnownFields(robot, MessageDefinitions())).runs
+    ]
+    assert any("expect sent note.request" in text for text in texts)
+    assert any("expect sent fill.request" in text for text in texts)
+    for text in texts:
+        arrived = re.sub(r"(?<=^level.response )[-.0-9e]+", arriving, text, flags=re.MULTILINE)
+        out, messages = io.StringIO(), io.StringIO()
+        session = Session(machine_maker(supervisor, execute=True))
+        done = follow_script(session, arrived.splitlines(), "run", out, messages, False)
         assert (done.exit_code, messages.getvalue()) == (0, "")
 
 

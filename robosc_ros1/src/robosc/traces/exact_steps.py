@@ -397,10 +397,11 @@ class ExactStep:
             return None, None
 
         # Equal numbers are not always the same data: -0.0 and 0.0.
-        return LastOf(provided) if self._read_by_data else remembering(provided, ())
+        return LastOf(provided) if self.read_by_data else remembering(provided, ())
 
     @cached_property
-    def _read_by_data(self) -> tuple[str, ...]:
+    def read_by_data(self) -> tuple[str, ...]:
+        """The variables that say which data are sent."""
         given = ((p.condition, *data_expressions(p.data)) for _, p, _ in self.provides)
         return tuple(keys_read(part for parts in given for part in parts if part is not None))
 
@@ -426,7 +427,7 @@ class ExactStep:
                 return False
             return True
 
-        return remembering(has_data, self._read_by_data)
+        return remembering(has_data, self.read_by_data)
 
     def carried(self, state: State) -> Carried:
         """What a command carries in a state, as far as the model reads it. Raises Undefined."""

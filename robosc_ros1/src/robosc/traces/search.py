@@ -8,6 +8,7 @@ controller does about it. What is found depends on nothing but the model.
 from __future__ import annotations
 
 import heapq
+import math
 from collections import Counter, deque
 from collections.abc import Collection, Iterator, Set
 from dataclasses import dataclass, field
@@ -21,6 +22,7 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import VariableRef
 from robosc.expr.types import IntegerType, domain
 from robosc.language.events import EventKind, Kind
+from robosc.runtime.core.values import Undefined
 from robosc.traces.attempts import attempted
 from robosc.traces.coverage import Case, CommandDemands, Coverage, through
 from robosc.traces.exact_steps import (
@@ -407,6 +409,8 @@ class InputGraph:
             near = step.after(state, rounded)
             if near is None or self._key(near)[1] != self._key(after)[1]:
                 return None
+            if not self._sends_the_same(near, after):
+                return None
         cases |= self.coverage.of_step(step, state, parts, after)
         for event, others in sample.also:
             other = self.steps.by_event[event.identity]
@@ -427,6 +431,12 @@ class InputGraph:
         cases |= self.coverage.of_state(state) | through(step, begun, state)
         self._passed_over = [s for s in self._passed_over if ("sent", s.number) not in cases]
         return state, frozenset(cases)
+
+    def _sends_the_same(self, near: State, state: State) -> bool:
+        """Whether commands carry the same data in two states, as exactly as it is looked at."""
+        others = {key for key, value in state.items() if near[key] != value}
+        read = (c for c in self.steps.commands if not others.isdisjoint(c.read_by_data))
+        return all(_alike(_sent(command, near), _sent(command, state)) for command in read)
 
     def _unseen(self) -> list[Case]:
         """The commands that are not sent yet."""
@@ -497,3 +507,22 @@ def _counters(steps: Steps) -> Iterator[str]:
 
 Edge: TypeAlias = tuple[Move, Node, frozenset[Case]]
 """An input, the node that it leads to, and the cases that are shown on the way."""
+
+
+def _sent(command: ExactStep, state: State) -> Any:
+    """The data of a command; None if there are none."""
+    try:
+        return command.provided(state)[1]
+    except Undefined:
+        return None
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Whether data are the same to the player of a package, which allows twice as much."""
+    if isinstance(one, int | float) and isinstance(other, int | float):
+        return math.isclose(one, other, rel_tol=5e-7, abs_tol=5e-7) or one != one != other != other
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_alike(one[key], other[key]) for key in one)
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(_alike, one, other))
+    return bool(one == other)

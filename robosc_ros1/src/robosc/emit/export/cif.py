@@ -166,18 +166,13 @@ class _Writer:
         index = self.plant.variable_index[VariableKind.LOCATION, name]
         state = self.plant.variables[index]
         locations = {
-            self.scope.location(name, location): [
-                *_flags(state, number),
-                *(
-                    line
-                    for occurrence in self.occurrences
-                    for automaton in occurrence.event.automata
-                    if automaton.component == name
-                    for line in self._edges(occurrence, automaton, number)
-                ),
-            ]
+            self.scope.location(name, location): _flags(state, number)
             for number, location in enumerate(state.values)
         }
+        for occurrence in self.occurrences:
+            for automaton in occurrence.event.automata:
+                if automaton.component == name:
+                    self._add_edges(occurrence, automaton, locations)
         head = f"plant automaton {self.scope.automaton(name)}"
         self._automaton(head, locations, self._declarations(name))
 
@@ -189,6 +184,17 @@ class _Writer:
                 starts = [variable.text(state.values[number]) for number in state.start_indexes]
                 start = f"= {starts[0]}" if len(starts) == 1 else f"in {{{', '.join(starts)}}}"
                 yield f"disc {variable.type} {self.scope.own_name(variable)} {start};{note}"
+
+    def _add_edges(
+        self, occurrence: CifEvent, automaton: LocalAutomaton, locations: Mapping[str, list[str]]
+    ) -> None:
+        """Add the edges of one event to the lines of the locations of its automaton."""
+        found = [list(self._edges(occurrence, automaton, n)) for n in range(len(locations))]
+        if not any(found):
+            # An event without an edge here would be possible always.
+            found[0] = [f"edge {occurrence.name} when false;"]
+        for lines, edges in zip(locations.values(), found, strict=True):
+            lines += edges
 
     def _edges(
         self, occurrence: CifEvent, automaton: LocalAutomaton, location: int
@@ -279,26 +285,20 @@ class _Writer:
                     locations[source].append(f"edge {occurrence.name}{goto};")
             accepts = acceptance.acceptance_of(occurrence.event)
             if accepts is not None and accepts.variable == index:
-                # An event without an edge here would be possible always.
-                for number, lines in enumerate(locations.values()):
-                    lines += self._edges(occurrence, accepts, number)
-                if not accepts.edges:
-                    locations["idle"] += [f"edge {occurrence.name} when false;"]
+                self._add_edges(occurrence, accepts, locations)
         self._automaton(f"plant automaton {self.scope.phase(key)}", locations)
 
     def _assumptions(self) -> None:
         """An automaton for each event of which something is assumed."""
-        found: dict[int, list[str]] = {}
+        found: dict[int, dict[str, list[str]]] = {}
         for occurrence in self.occurrences:
             for automaton in occurrence.event.automata:
                 if automaton.component == ASSUMPTIONS:
-                    # An event without an edge here would be possible always.
-                    edges = list(self._edges(occurrence, automaton, 0))
-                    edges = edges or [f"edge {occurrence.name} when false;"]
-                    found.setdefault(automaton.variable, []).extend(edges)
-        for edges in found.values():
+                    locations = found.setdefault(automaton.variable, {"": [*_ALWAYS]})
+                    self._add_edges(occurrence, automaton, locations)
+        for locations in found.values():
             name = self.scope.fresh("Assumption")
-            self._automaton(f"plant automaton {name}", {"": [*_ALWAYS, *edges]})
+            self._automaton(f"plant automaton {name}", locations)
 
     def _parameters(self) -> None:
         """The variables that parameters of the node decide, which nothing changes."""
