@@ -107,7 +107,7 @@ def _fields(
 ) -> str:
     """A dict of the fields that a provide statement sets, as Python source."""
     text = _data(provide.data, command.type, attributes)
-    if isinstance(command.type, types.ObjectType):
+    if isinstance(command.type, types.ObjectType | types.NoneType):
         return text
     return f"{{{python.literal(command.field or '')}: {text}}}"
 

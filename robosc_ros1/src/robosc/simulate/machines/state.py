@@ -9,7 +9,7 @@ from typing import Any, cast
 from robosc.emit.controller import assembly, naming
 from robosc.emit.package.rendering import render
 from robosc.expr import evaluation, tree
-from robosc.expr.types import ArrayType, DoubleType, IntegerType, ObjectType, Type, Value
+from robosc.expr.types import ArrayType, DoubleType, IntegerType, NoneType, ObjectType, Type, Value
 from robosc.lazy_dataclasses import dataclass
 from robosc.model import entities
 from robosc.plant.automaton import Plant, PlantState, VariableKind
@@ -92,7 +92,7 @@ def sent_data(robot: entities.Robot, key: str, state: SystemState) -> dict[str, 
             data = _plain(provide.data, command.type, state)
         except Undefined:
             return None
-        if isinstance(command.type, ObjectType):
+        if isinstance(command.type, ObjectType | NoneType):
             return cast(dict[str, Any], data)
         return {command.field or "": data}
     return None
