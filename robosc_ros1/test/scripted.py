@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -300,7 +301,9 @@ def play(script: Script, log: Path, robot: Side) -> None:
             asked = called[name].identifier
             await_condition(lambda a=asked, c=count: robot.cancels(a) >= c, f"cancel {what}")
     logged = [_told(json.loads(line)) for line in lines()]
-    assert [pair for pair in zip(logged, script.events, strict=True) if pair[0] != pair[1]] == []
+    pairs = zip_longest(logged, script.events)
+    differ = [(n, *pair) for n, pair in enumerate(pairs) if pair[0] != pair[1]]
+    assert not differ, differ[:5]
     for communication in called.values():
         if communication.kind is not Kind.OUTGOING:
             _compare(script, communication, robot)

@@ -97,11 +97,11 @@ class Document:
     def at(self, words: str, inside: int = 0) -> types.Position:
         return place(self.text, words, inside)
 
-    async def codes(self, wanted: set[str]) -> list[types.Diagnostic]:
-        """The diagnostics, as soon as they have just these codes."""
+    async def codes(self, wanted: set[str], told: str = "") -> list[types.Diagnostic]:
+        """The diagnostics, as soon as they have just these codes, and all tell something."""
         while True:
             found = list(self.client.diagnostics.get(self.uri, []))
-            if {d.code for d in found} == wanted:
+            if {d.code for d in found} == wanted and all(told in d.message for d in found):
                 return found
             await asyncio.wait_for(
                 self.client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS), 30

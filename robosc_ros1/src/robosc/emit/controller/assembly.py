@@ -144,7 +144,8 @@ def described(kind: EventKind, communication: entities.Communication) -> str:
 
 
 _RESERVED = frozenset(dir(model.Controller)).union(
-    model.Controller.__annotations__, *_OF_RUNTIME.values(), HELPERS, ("annotations", "message", "self", "value"),
+    model.Controller.__annotations__, HELPERS, *_OF_RUNTIME.values(),
+    ("annotations", "message", "self", "value"),
 )  # fmt: skip
 """What the base class has, the module imports, and methods call their arguments."""
 
