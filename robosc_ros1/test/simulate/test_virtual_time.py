@@ -78,7 +78,7 @@ def test_a_transition_waits_for_its_time_and_its_guard() -> None:
     play(player, "free false", "wait 2.4", "expect Front.blind")
     done = play(player, "wait 0.2")
     assert [(h.name, h.index, h.value, h.time) for h in done.happenings if h.kind == "after"] == [
-        ("Front", 1, "blind->watching", 2.5)
+        ("Front", 1, "blind->watching", pytest.approx(2.5, abs=1e-9))
     ]
     play(player, "free true", "wait 10", "expect Front.blind")
 
@@ -160,3 +160,26 @@ def test_what_is_typed_is_as_young_as_the_model_asks(supervises: bool) -> None:
     player = session(supervisor_of(BOAT, supervises=supervises), execute=True)
     play(player, "expect disabled ahead", "depth range: 3.5", "expect depth.fresh")
     play(player, "expect enabled ahead", "wait 1.1", "expect depth.silent", "expect disabled ahead")
+
+
+BEATS = """
+robot Beats {
+    component Base {
+        outgoing message alive with timeout: 1 s, type: none
+        incoming message go with rate: 5 Hz, type: none
+        incoming message halt with rate: 5 Hz, type: none
+    }
+    requirement go needs alive.fresh
+    requirement halt needs alive.silent
+}
+"""
+
+
+def test_five_periods_and_a_silence_of_their_length_come_at_once() -> None:
+    """A sum of periods is rounded, so that ``go`` was sent once more: no node does that."""
+    player = session(supervisor_of(BEATS), execute=True)
+    for start in range(10):
+        play(player, f"wait {0.1 + start / 7:.6f}")
+        done = play(player, "alive", "wait 1")
+        sent = [h.name for h in done.happenings if h.kind in ("request", "timeout")]
+        assert sent == ["go"] * 4 + ["alive", "halt"], start

@@ -170,7 +170,7 @@ class Engine(Generic[R]):
         self.observe: Callable[[Inputs, Any], list[BoundInput]] = self.role.observed
         """Has the role apply the events that a message represents; returns those that were."""
         intake = self.intake = Intake(parts, self._ages, self.submit)
-        self._deadlines = Deadlines(self._clocks, self._calls, steady, intake.awaits)
+        self.deadlines = Deadlines(self._clocks, self._calls, steady, intake.awaits)
         self.pauses.settle = intake.when_heavy_are_handled
         operator = EngineOperator(parts, self)
         # From any thread
@@ -275,7 +275,7 @@ class Engine(Generic[R]):
 
     def time_to_deadline(self) -> float | None:
         """Return the seconds until the next deadline; None: the engine only waits for inputs."""
-        return shortest(self.role.due(), self._deadlines.time_to_next())
+        return shortest(self.role.due(), self.deadlines.time_to_next())
 
     def cycle(self) -> None:
         """Handle all queued items, then do what is due: each command once."""
@@ -327,7 +327,7 @@ class Engine(Generic[R]):
         """Apply what is ready by the clock, beginning with what was due first, until nothing is;
         then send the open requests that a server can take. ``now`` is the port's time, if it was
         read just before."""
-        for ready in self._deadlines.ready() if self._deadlines.any_ready(now) else ():
+        for ready in self.deadlines.ready() if self.deadlines.any_ready(now) else ():
             if isinstance(ready, Watch):
                 self._clocks.stop(ready)
                 self.observe((self._inputs[ready.key, "timeout"],), None)

@@ -323,12 +323,21 @@ class Execution:
             # Adding a difference may end just short of its goal: the clock must go on all the same.
             onward = math.nextafter(self._clock.time, math.inf)
             self._clock.time = max(self._clock.time + delay, onward)
+            self._meet()
             self._engine.cycle()
             happenings += self._happened()
         self._clock.time = max(self._clock.time, end)
         self._engine.cycle()
         self._past.append(seconds)
         return happenings + self._happened()
+
+    def _meet(self) -> None:
+        """Let what the model's clocks bring and what commands bring at one time come in one turn,
+        as in a node, however their sums are rounded."""
+        both = self._engine.role.due(), self._engine.deadlines.time_to_next()
+        left = max((t for t in both if t is not None and t <= _ROUNDING), default=0.0)
+        if left:
+            self._clock.time = math.nextafter(self._clock.time + left, math.inf)
 
     def _happened(self) -> list[machine.Happening]:
         return [self._happening(e) for e in self._engine.recorder.take()]
