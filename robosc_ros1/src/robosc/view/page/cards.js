@@ -17,7 +17,7 @@ class Card {
     this.diagram = new Diagram(component, number, fire);
     this.now = make("span", { className: "now" });
     this.tile = make("b");
-    this.link = make("a", { href: `#component-${number}` }, `${component.name} `, this.tile);
+    this.link = make("a", { href: `#component-${number}` }, make("span", {}, `${component.name} `), this.tile);
     this.values = new Map();
     this.element = cardElement(this.diagram, component.place);
     this.element.firstElementChild.after(this.now);

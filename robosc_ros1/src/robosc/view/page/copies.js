@@ -69,7 +69,7 @@ class Folded {
     this.diagram = new Diagram(general, number, () => {});
     this.counts = new Map(general.states.map(({ name }) => [name, 0]));
     this.tile = make("b");
-    this.link = make("a", { href: `#component-${number}` }, `${general.name} `, this.tile);
+    this.link = make("a", { href: `#component-${number}` }, make("span", {}, `${general.name} `), this.tile);
     this.chips = make("ul", { className: "copies", ariaLabel: `Copies of ${general.name}` });
     this.opened = make("div", { className: "opened" });
     this.element = cardElement(this.diagram, `${components.length} copies · ${general.place}`);

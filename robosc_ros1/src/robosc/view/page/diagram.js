@@ -27,7 +27,7 @@ const SMALLEST = 0.75; // of their size, to which diagrams shrink before they ha
 
 function sizeOf(transitions) {
   const lines = transitions.flatMap(linesOf);
-  const widths = lines.map((l) => widthOf(l.text, l.more ? "italic 11px" : "11px"));
+  const widths = lines.map((l) => widthOf(l.text, l.more ? "italic 11px" : "600 11px"));
   return { lines, width: Math.max(...widths) + 10, height: lines.length * LINE + 2 };
 }
 
