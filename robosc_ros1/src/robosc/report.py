@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
 from operator import attrgetter
 from pathlib import Path
@@ -190,11 +191,18 @@ def generated_text(result: Generated, reason: str, verbose: bool = False) -> str
 
 def _next_commands(result: Generated) -> Iterator[str]:
     """What builds the package and starts it, from the folder in which robosc was called."""
-    source_space = result.files.folder.parent
-    if source_space.resolve().name == "src":
-        workspace = source_space.parent if source_space.name else Path("..")
-        if workspace.name:
-            yield f"cd {workspace}"
+    import shlex
+
+    folder = result.files.folder
+    workspace = folder.parent
+    if workspace.resolve().name == "src":
+        workspace = Path(os.path.normpath(workspace / ".."))
+    elif result.output.target == "ros1":  # catkin_make builds what lies in src of a workspace
+        link = f"ln -sfn {shlex.quote(str(folder.absolute()))} ~/catkin_ws/src"
+        yield f"mkdir -p ~/catkin_ws/src && {link} && cd ~/catkin_ws"
+        workspace = Path()
+    if workspace != Path():
+        yield f"cd {shlex.quote(str(workspace))}"
     name = result.package
     if result.output.target == "ros1":
         path = _path_for_catkin()

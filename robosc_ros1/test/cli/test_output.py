@@ -241,26 +241,38 @@ def test_any_locale_will_do(locale: str, robosc: Robosc, folder: Path) -> None:
     assert robosc("check", "größer.rscd", LC_ALL=locale).returncode == 0
 
 
+INTO_ROS_1 = "mkdir -p ~/catkin_ws/src && ln -sfn {there} ~/catkin_ws/src && cd ~/catkin_ws"
+
+
 @pytest.mark.parametrize(
-    ("called_in", "output", "first"),
+    ("called_in", "output", "target", "first"),
     [
-        ("ws/src", ".", "cd .."),
-        ("ws", "src", "catkin_make && source devel/setup.bash"),
-        ("", "ws/src", "cd ws"),
-        ("", "elsewhere", "catkin_make && source devel/setup.bash"),
+        ("ws/src", ".", "ros1", "cd .."),
+        ("ws/src/a folder", "..", "ros1", "cd ../.."),
+        ("ws", "src", "ros1", "catkin_make && source devel/setup.bash"),
+        ("", "ws/src", "ros1", "cd ws"),
+        ("", "my ws/src", "ros1", "cd 'my ws'"),
+        ("", "elsewhere", "ros1", INTO_ROS_1.format(there="'{0}/elsewhere/g_controller'")),
+        ("", ".", "ros1", INTO_ROS_1.format(there="'{0}/g_controller'")),
+        ("ws/src", ".", "ros2", "cd .."),
+        ("", ".", "ros2", "colcon build && source install/setup.bash"),
+        ("elsewhere", "..", "ros2", "cd .."),
     ],
 )
 def test_next_commands_lead_to_the_workspace(
-    folder: Path, called_in: str, output: str, first: str
+    folder: Path, called_in: str, output: str, target: str, first: str
 ) -> None:
-    (folder / "ws" / "src").mkdir(parents=True)
-    (folder / "elsewhere").mkdir()
+    home = folder / "of somebody"
+    for where in ("ws/src/a folder", "my ws/src", "elsewhere"):
+        (home / where).mkdir(parents=True)
+    arguments = ["--output", output, "--target", target, "--package", "g_controller"]
     model = str(folder / "good.rscd")
-    done = run_robosc(["generate", model, "--output", output], folder / called_in, {})
+    done = run_robosc(["generate", model, *arguments], home / called_in, {})
     _, _, commands = done.stdout.partition("next:\n")
     lines = [line.strip() for line in commands.splitlines()]
-    assert lines[0] == first
-    assert [line.partition(" ")[0] for line in lines[-2:]] == ["roslaunch", "catkin_make"]
+    assert lines[0] == first.format(home)
+    verbs = ["roslaunch", "catkin_make"] if target == "ros1" else ["ros2", "colcon"]
+    assert [line.partition(" ")[0] for line in lines[-2:]] == verbs
 
 
 def test_files_are_listed_only_if_that_is_asked_for(folder: Path) -> None:
