@@ -92,14 +92,16 @@ def _check_finite(assignment: Assignment, report: diagnostics.Report) -> None:
         reads = isinstance(part, tree.VariableRef | tree.ValueRef | tree.ParameterRef | tree.Part)
         computed = _goes_through_data(part)
         if (reads or computed) and types.domain(part.type) is None and part.span is not None:
+            integer = isinstance(part.type, types.IntegerType)
+            named = integer and isinstance(part, tree.VariableRef | tree.ParameterRef)
             report.add(
                 "not-finite",
                 part.span,
-                f"'{assignment.variable}' decides about events, so it cannot take"
-                f" {describe(part.type)} without a range",
-                "compare it here, or convert it by an enum"
-                if computed
-                else "give it a range, integer(0..9), or convert it by an enum",
+                f"'{assignment.variable}' has a range and decides about events, so it cannot take"
+                f" {describe(part.type)}{' without a range' if integer else ''}",
+                "give it a range, integer(0..9), or convert it by an enum"
+                if named
+                else f"leave out the range of '{assignment.variable}', or convert it by an enum",
             )
 
 
