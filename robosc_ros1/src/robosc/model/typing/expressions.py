@@ -247,7 +247,7 @@ def hint_for(node: ExprNode, given: types.Type, expected: ExpectedType, place: s
     if isinstance(expected.type, types.DurationType):
         return "write a number with a unit: 500 ms, 0.5 s, 2 min or 1 h"
     if isinstance(expected.type, types.IntegerType) and isinstance(given, types.DoubleType):
-        return "a double is never converted to an integer implicitly"
+        return f"write round({node.span.text}), or floor or ceil of it"
     if isinstance(given, types.ObjectType):
         fitting = [name for name, type_ in given.properties if expected.accepts(type_)]
         if len(fitting) == 1:  # of std_msgs/Float32, for one
