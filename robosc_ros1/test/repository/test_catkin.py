@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from ros_support import EXAMPLES, REPOSITORY, Workspace
+from ros_support import EXAMPLES, PYTHON, REPOSITORY, Workspace
 
 from robosc import executables
 from robosc.lsp.completion.snippets import SNIPPETS
@@ -71,6 +71,12 @@ def test_every_verb_is_found_and_only_once(installed: Workspace, space: str, ver
     """rosrun would ask which of several is meant."""
     done = installed.run("rosrun", "robosc", verb, "--help", space=space)
     assert done.stdout.startswith("usage: robosc")
+
+
+def test_the_door_of_the_readme_runs_on_the_python_of_ros(installed: Workspace) -> None:
+    """Whichever python3 is first on PATH where rosrun is called."""
+    done = installed.run("rosrun", "--prefix", "head -n1", "robosc", "simulated_door")
+    assert done.stdout == f"#!{PYTHON}\n"
 
 
 def test_install_space_needs_no_checkout(installed: Workspace) -> None:
