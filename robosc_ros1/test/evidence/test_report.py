@@ -18,6 +18,7 @@ from simulate.players import session
 from simulate.test_replay import lines_of, run_of, write
 
 from robosc import pipeline
+from robosc.evidence.document import rendered
 from robosc.evidence.runs import recorded_runs
 from robosc.supervisor import Supervisor
 
@@ -127,7 +128,37 @@ def test_where_a_log_shows_it_stopping_a_command(
     (run,) = found["runs"]
     assert not run["faulty"] and run["events"] > 5
     again = robosc("report", str(model), "--logs", log)
-    assert "held a command back" in again.stdout
+    assert re.search(
+        r"held a command back \d+ times? in the logs, first Base.go (at .+ )?in ", again.stdout
+    )
+
+
+@pytest.mark.parametrize(
+    ("moment", "told"),
+    [
+        (
+            1796065973.843987,
+            "1 time in the logs, first Base.go at 2026-11-30 19:12:53 UTC in run.log",
+        ),
+        (12.5, "1 time in the logs, first Base.go at 12.500 s in run.log"),
+        (1e12, "1 time in the logs, first Base.go at 1000000000000.000 s in run.log"),
+        (None, "1 time in the logs, first Base.go in run.log"),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".md", ".html"])
+def test_when_it_stopped_a_command_is_told_as_people_read_it(
+    suffix: str,
+    moment: float | None,
+    told: str,
+    robosc: Robosc,
+    model: Path,
+    tmp_path: Path,
+) -> None:
+    out = tmp_path / "evidence.json"
+    found = document(robosc("report", str(model), "--output", str(out)), out)
+    first = {"run": "run.log", "time": moment, "command": "Base.go", "values": []}
+    found["requirements"][0] |= {"stopped": 1, "first": first}
+    assert f"held a command back {told}" in rendered(found, suffix)
 
 
 def _began(supervisor: Supervisor, lines: list[str], requirement: str) -> int:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Iterable, Mapping, Sequence
-from datetime import date
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import date, datetime, timezone
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from robosc.emit.controller.naming import place
 from robosc.emit.package.rendering import instantiated
-from robosc.errors import Diagnostic, UsageError
+from robosc.errors import Diagnostic, UsageError, counted
 from robosc.evidence.runs import RecordedRun, RecordedRuns, RequirementRecord
 from robosc.lazy_dataclasses import dataclass
 from robosc.model.entities import Assumption, Goal, Requirement, Robot
@@ -35,6 +35,23 @@ class _View:
     """What the templates see."""
 
     e: Mapping[str, Any]
+    first_held: Callable[[Mapping[str, Any]], str]
+
+
+def _first_held(requirement: Mapping[str, Any]) -> str:
+    """How often a requirement held a command back, and where first."""
+    first = requirement["first"]
+    at = "" if first["time"] is None else f" at {_moment(first['time'])}"
+    values = f": {', '.join(first['values'])}" if first["values"] else ""
+    times = counted(requirement["stopped"], "time")
+    return f"{times} in the logs, first {first['command']}{at} in {first['run']}{values}"
+
+
+def _moment(seconds: float) -> str:
+    """A time of a log: a date of 1973 to 9999, or seconds of a clock that is simulated."""
+    if not 1e8 < seconds <= 253_402_300_799:
+        return f"{seconds:.3f} s"
+    return f"{datetime.fromtimestamp(seconds, timezone.utc):%Y-%m-%d %H:%M:%S} UTC"
 
 
 def format_of(suffix: str) -> str:
@@ -52,7 +69,7 @@ def rendered(document: Mapping[str, Any], suffix: str) -> str:
     """The document in a format."""
     if suffix == ".json":
         return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
-    return instantiated(_TEMPLATES[suffix], _View(document))
+    return instantiated(_TEMPLATES[suffix], _View(document, _first_held))
 
 
 Document = dict[str, Any]
