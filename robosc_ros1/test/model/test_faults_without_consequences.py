@@ -414,7 +414,10 @@ def test_a_message_with_a_faulty_timeout_is_fresh_or_silent() -> None:
     [
         ("outgoing message seen with timeout: 1 s, type: boolean", "outgoing"),
         ("outgoing message seen with timeout: 1 s, type: boolean", "outgoing message"),
-        ("outgoing transform base with from: 'map', to: 'base', timeout: 1 s", "outgoing transform"),
+        (
+            "outgoing transform base with from: 'map', to: 'base', timeout: 1 s",
+            "outgoing transform",
+        ),
         ("incoming message move with type: none", "incoming"),
         ("service open with type: std_srvs/Trigger", "service"),
         ("condition free = Eye.near", "condition"),
