@@ -109,6 +109,13 @@ def test_wrong_usage(arguments: tuple[str, ...], robosc: Robosc) -> None:
     done = robosc(*arguments)
     assert code(done) == 2
     assert "usage: robosc" in done.stderr
+
+
+def test_an_unknown_argument_shows_what_the_verb_takes(robosc: Robosc) -> None:
+    done = robosc("report", "cart.rscd", "events.jsonl")
+    assert code(done) == 2
+    assert done.stderr.startswith("usage: robosc report ") and "--logs" in done.stderr
+    assert done.stderr.endswith("robosc report: error: unrecognized arguments: events.jsonl\n")
     assert done.stdout == ""
 
 
