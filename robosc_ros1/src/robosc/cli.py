@@ -30,7 +30,10 @@ def main(words: Sequence[str] | None = None) -> int:
                 argcomplete.autocomplete(_parser(VERBS))
             _know_verb(words)
             asked = [verb for verb in VERBS if words[:1] == [verb.name]]
-            return _guarded(_parser(asked or VERBS).parse_args(words))
+            args, unknown = _parser(asked or VERBS).parse_known_args(words)
+            if unknown:  # argparse itself would show the usage of robosc, which names no options
+                args.parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+            return _guarded(args)
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:
@@ -103,7 +106,7 @@ def _parser(known: Iterable[Verb]) -> argparse.ArgumentParser:
             epilog=f"example: robosc {verb.name} {verb.example}",
         )
         verb.add_arguments(sub)
-        sub.set_defaults(verb=verb)
+        sub.set_defaults(verb=verb, parser=sub)
     return parser
 
 

@@ -39,6 +39,11 @@ def run(*verb: str) -> int:
 
         print(f"robosc {__version__}")
         return 0
+    if sys.hexversion < 0x030A0000:  # as of Ubuntu 20.04, whose rosrun finds robosc all the same
+        version = sys.version.partition(" ")[0]
+        said = f"{sys.executable} is Python {version}, and robosc needs 3.10 or newer"
+        print(f"error: {said}; see Start in the README", file=sys.stderr)
+        return 2
     from robosc.cli import main
 
     code = main(words)

@@ -5,9 +5,11 @@ Nothing that a user can cause shows a Python traceback.
 
 from __future__ import annotations
 
+import ast
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -107,6 +109,13 @@ def test_wrong_usage(arguments: tuple[str, ...], robosc: Robosc) -> None:
     done = robosc(*arguments)
     assert code(done) == 2
     assert "usage: robosc" in done.stderr
+
+
+def test_an_unknown_argument_shows_what_the_verb_takes(robosc: Robosc) -> None:
+    done = robosc("report", "cart.rscd", "events.jsonl")
+    assert code(done) == 2
+    assert done.stderr.startswith("usage: robosc report ") and "--logs" in done.stderr
+    assert done.stderr.endswith("robosc report: error: unrecognized arguments: events.jsonl\n")
     assert done.stdout == ""
 
 
@@ -361,3 +370,17 @@ def test_a_command_that_used_diagrams_leaves_with_all_that_it_wrote() -> None:
     document, _, rest = done.stdout.rpartition("}")
     assert rest.split() == ["over"]
     assert json.loads(document + "}")["engine"] == "bdd"
+
+
+def test_a_python_that_is_too_old_is_told() -> None:
+    """As of Ubuntu 20.04, where catkin builds robosc and warns: what runs until then is Python 3.8."""
+    code = (
+        "import sys; sys.hexversion = 0x03080AF0; sys.argv = ['robosc', 'check', 'x.rscd'];"
+        " from robosc.start import run; raise SystemExit(run())"
+    )
+    env = os.environ | {"PYTHONPATH": str(SOURCES)}
+    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert re.fullmatch(r"error: .+ is Python 3\S+, and robosc needs 3.10 .+\n", done.stderr)
+    for name in ("__init__", "__main__", "start"):
+        ast.parse((SOURCES / "robosc" / f"{name}.py").read_text("utf-8"), feature_version=(3, 8))

@@ -407,3 +407,52 @@ def test_a_message_with_a_faulty_timeout_is_fresh_or_silent() -> None:
     requirement move needs scan.fresh
     """
     assert faults(text) == [("out-of-range", "0 s")]
+
+
+@pytest.mark.parametrize(
+    ("line", "begun"),
+    [
+        ("outgoing message seen with timeout: 1 s, type: boolean", "outgoing"),
+        ("outgoing message seen with timeout: 1 s, type: boolean", "outgoing message"),
+        (
+            "outgoing transform base with from: 'map', to: 'base', timeout: 1 s",
+            "outgoing transform",
+        ),
+        ("incoming message move with type: none", "incoming"),
+        ("service open with type: std_srvs/Trigger", "service"),
+        ("condition free = Eye.near", "condition"),
+        ("constant most: integer = 3", "constant"),
+        ("parameter least: integer = 3", "parameter"),
+        ("function doubled(x: integer): integer = 2 * x", "function"),
+        ("marked state resting {}", "marked"),
+    ],
+)
+def test_what_a_declaration_that_was_begun_would_name_is_not_unknown(line: str, begun: str) -> None:
+    """As while it is typed in an editor: what uses it stands elsewhere, and is right."""
+    text = """
+    condition free = Eye.near
+    constant most: integer = 3
+    parameter least: integer = 3
+    function doubled(x: integer): integer = 2 * x
+    component Eye {
+        outgoing message seen with timeout: 1 s, type: boolean
+        outgoing transform base with from: 'map', to: 'base', timeout: 1 s
+        service open with type: std_srvs/Trigger
+        incoming message move with type: none
+        behaviour {
+            variable near: boolean
+            variable count: integer
+            on response from seen do near := value, count := doubled(count)
+            initial marked state waiting { on request to move goto resting }
+            marked state resting {}
+        }
+    }
+    requirement { move, open } needs seen.fresh and base.fresh and open.idle and free
+    requirement move needs Eye.count < most and Eye.count > least
+    """.replace("'", '"')
+    line = line.replace("'", '"')
+    no_definitions = ("package-not-found", "ros-type-unknown")
+    assert not [code for code, _ in faults(text) if code not in no_definitions]
+    assert text.count(f"{line}\n") == 1
+    found = faults(text.replace(f"{line}\n", f"{begun}\n"))
+    assert [code for code, _ in found if code not in no_definitions] == ["syntax"]

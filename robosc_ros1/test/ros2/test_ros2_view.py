@@ -75,7 +75,7 @@ def test_who_mistypes_a_name_is_told_which_there_are(
 ) -> None:
     controller("guarded_arm")
     watcher = Watcher(int(url.rstrip("/").rpartition(":")[2]))
-    told = f"waiting for /{NODE}; there is /guarded_arm"
+    told = f"waiting for /{NODE}; also running: /guarded_arm"
     watcher.until(lambda w: w.seen.get("status", {}).get("text") == told)
     watcher.close()
 

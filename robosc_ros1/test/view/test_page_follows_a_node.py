@@ -89,7 +89,7 @@ def test_the_page_shows_what_the_controller_tells(
         for name, *look in (("view", 1280, 900), ("view-phone", 360, 1200, "dark")):
             browser.look(*look)
             browser.picture(name)
-    browser.sees(link_says("silent"))
+    browser.sees(link_says("waiting for"))
 
 
 def test_where_the_page_is_stands_in_diagnostics(puppet: Puppet, url: str) -> None:
@@ -139,7 +139,7 @@ def test_a_controller_that_begins_again(
             numbers = browser.run("return page.events.map((e) => e.number)")
             assert numbers == sorted(set(numbers))
             assert browser.run("return page.events[0].time") > begun
-        browser.sees(link_says("silent"))
+        browser.sees(link_says("waiting for"))
 
 
 def test_a_viewer_outlives_masters(
@@ -205,7 +205,7 @@ def test_who_mistypes_a_name_is_told_which_there_are(stage: Stage, puppet: Puppe
     with stage.controller(puppet, NODE), stage.workspace.start(*command, master=stage.master) as p:
         port = int(address(p).rstrip("/").rpartition(":")[2])
         watcher = Watcher(port)
-        told = f"waiting for /line_folower; there is /{NODE}"
+        told = f"waiting for /line_folower; also running: /{NODE}"
         watcher.until(lambda w: w.seen.get("status", {}).get("text") == told)
         watcher.close()
 

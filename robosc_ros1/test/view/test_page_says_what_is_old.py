@@ -28,10 +28,10 @@ def test_silence_is_told_until_the_node_is_heard_again(browser: Browser) -> None
         assert not browser.run(f"return {STALE}")
         goes_on(told, heard, browser, link_says("live"))
         browser.sees("document.getElementById('empty').hidden")
-        browser.sees(f"{STALE} && {WORDS}.includes('silent; waiting for /node')")
         # It says of when the picture is: the state's own time.
         when = browser.run("return clock(arguments[0])", told.state["time"])
-        browser.sees(f"{WORDS}.includes(arguments[0])", when)
+        said = f"No data since {when}: waiting for /node. Everything below is as it was then."
+        browser.sees(f"{STALE} && {WORDS} === arguments[0]", said)
         browser.picture("view-out-of-date")
         told.step()
         goes_on(told, heard, browser, f"!{STALE} && document.getElementById('stale').hidden")

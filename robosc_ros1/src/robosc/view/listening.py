@@ -76,7 +76,7 @@ class Heard:
         there = set(topics)
         names = sorted(topic.removesuffix("/model") for topic in there if topic.endswith("/model"))
         others = [n for n in names if {f"{n}/state", f"{n}/events"} <= there and n != self.node]
-        hint = f"; there is {', '.join(others)}" if others else ""
+        hint = f"; also running: {', '.join(others)}" if others else ""
         self.otherwise = f"waiting for {self.node}{hint}"
 
     def watch(self) -> None:
@@ -117,10 +117,10 @@ class Heard:
         silence = time.monotonic() - self._at
         if silence < self._silent:
             status = {"good": True, "text": "live"}
-        elif silence == float("inf"):
-            status = {"good": False, "text": self.otherwise}
         else:
-            status = {"good": False, "text": f"silent; {self.otherwise}", "stale": True}
+            status = {"good": False, "text": self.otherwise}
+            if silence < float("inf"):
+                status["stale"] = True
         self._hub.put("status", dump(status))
 
 

@@ -18,7 +18,7 @@ _SENT = "what the controller publishes is incoming: incoming message {}"
 HEARD = "what the robot publishes is outgoing: outgoing message {}"
 """A hint where an incoming message is used as one that the robot sends."""
 
-_KEYWORDS = ("message", "service", "action")
+_KEYWORDS = ("message", "service", "action", "transform")
 
 
 def resolve_communication(

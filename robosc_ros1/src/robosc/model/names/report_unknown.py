@@ -14,7 +14,10 @@ from robosc.model.names import tables
 from robosc.remedies import Change, Hint, Remedy, meant, write, write_one
 from robosc.syntax.nodes import Access, Name
 
-_MEANINGS = ("component", "enum", "state", "variable")
+_MEANINGS = (
+    "component", "enum", "state", "variable", "condition", "constant", "parameter",
+    "message", "service", "action", "transform",
+)  # fmt: skip
 """Keywords of the declarations that a name in an expression may refer to."""
 _NO_VALUE = "'%s' is a communication; conditions are about variables and states"
 _KEEP = "store its value in a variable of its component"

@@ -27,11 +27,14 @@ _Declaration = TypeVar(
 
 
 _NAMED_BY = re.compile(
-    r"\b(action|component|enum|interface|message|object|service|state|variable)"
+    r"\b(action|component|condition|constant|enum|function|incoming|initial|interface|marked"
+    r"|message|object|outgoing|parameter|service|state|transform|variable)"
     r"(?:\s+(?:with|from|use))?\s*\Z",
     re.ASCII,
 )
 """The keyword of a declaration whose name is missing, right before the fault."""
+_BEFORE = {"incoming": "message", "outgoing": "message", "initial": "state", "marked": "state"}
+"""Words before such a keyword, which may be missing as well."""
 _TYPE_ALONE = re.compile(rf"(?<!:)\s\b(?:{'|'.join(words_of(Role.TYPE))})\s*:=", re.ASCII)
 """The type of a variable in the place of its name: ``double := 1``."""
 
@@ -68,7 +71,7 @@ class FileScope:
         """The scope of a parsed file; ``syntax`` are the diagnostics of the parser."""
         faults = tuple(d.span for d in syntax if d.severity is Severity.ERROR)
         before = (_NAMED_BY.search(source.text, max(0, f.start - 200), f.start) for f in faults)
-        nameless = {match[1] for match in before if match}
+        nameless = {_BEFORE.get(match[1], match[1]) for match in before if match}
         if any(_TYPE_ALONE.search(source.line(fault.line)) for fault in faults):
             nameless.add("variable")
         scope = cls(source, node, faults, frozenset(nameless))

@@ -330,7 +330,7 @@ function showStatus() {
   toggle(pill, "good", status.good && !page.held);
   toggle(pill, "bad", !status.good);
   const old = Boolean(status.stale && page.state && live);
-  tell("stale", old && `Out of date: ${status.text}. Everything below is how it was at ${clock(page.state.time)}.`);
+  tell("stale", old && `No data since ${clock(page.state.time)}: ${status.text}. Everything below is as it was then.`);
   toggle(document.body, "stale", old);
   byId("empty").hidden = page.cards.size > 0 || page.rows.size > 0;
   write(byId("empty"), broken ? "" : `Nothing to show yet: ${status.text}.`);
