@@ -5,7 +5,7 @@ from __future__ import annotations
 from families import robot_text
 
 __all__ = [
-    "dining", "lift", "quotas", "riders", "ring", "served_copies", "track", "warehouse", "zones",
+    "dining", "grid", "lift", "quotas", "riders", "ring", "served_copies", "track", "warehouse", "zones",
     "zones_by_hand",
 ]  # fmt: skip
 
@@ -260,6 +260,38 @@ def track(n: int, blocks: int) -> str:
         for i in range(n)
     ]
     return robot_text("Track", parts)
+
+
+def grid(width: int, height: int, n: int) -> str:
+    """n robots on a grid that step to the next place, of which each holds one."""
+    parts = [
+        f"""  component Bot{i} {{
+    incoming message east{i} with type: none
+    incoming message west{i} with type: none
+    incoming message north{i} with type: none
+    incoming message south{i} with type: none
+    outgoing message there{i} with type: none
+    behaviour {{
+      variable x: integer(0..{width - 1}) = {i % width}
+      variable y: integer(0..{height - 1}) = {i // width}
+      initial marked state stands {{
+        on request to east{i} do x := x + 1 goto moves
+        on request to west{i} do x := x - 1 goto moves
+        on request to north{i} do y := y + 1 goto moves
+        on request to south{i} do y := y - 1 goto moves
+      }}
+      state moves {{ on response from there{i} goto stands }}
+    }}
+  }}
+"""
+        for i in range(n)
+    ]
+    parts += [
+        f"  requirement never Bot{i}.x = Bot{j}.x and Bot{i}.y = Bot{j}.y\n"
+        for i in range(n)
+        for j in range(i)
+    ]
+    return robot_text("Grid", parts)
 
 
 def warehouse(width: int, carts: int) -> str:

@@ -284,3 +284,54 @@ def test_values_that_requirements_compare_are_compared_in_guards(engine: str) ->
     supervisor = synthesize(plant_of(cabins(10)), engine)
     assert guard_text(supervisor, "open0.request") == ("Cabin1.floor != Cabin0.floor", "restricted")
     assert guard_text(supervisor, "up0.request") == ("Cabin1.floor > Cabin0.floor", "restricted")
+
+
+DOORS = "".join(
+    f"""
+component Lift{n} {{
+    incoming message up{n} with type: none
+    incoming message down{n} with type: none
+    incoming message open{n} with type: none
+    incoming message close{n} with type: none
+    outgoing message opened{n} with type: none
+    outgoing message closed{n} with type: none
+    outgoing message blocked{n} with type: none
+    behaviour {{
+        variable floor: integer(0..9) = {n}
+        initial marked state still {{
+            on request to up{n} do floor := floor + 1
+            on request to down{n} do floor := floor - 1
+            on request to open{n} goto opening
+        }}
+        state opening {{ on response from opened{n} goto open }}
+        state open {{ on request to close{n} goto closing }}
+        state closing {{
+            on response from closed{n} goto still
+            on response from blocked{n} goto open
+        }}
+    }}
+}}
+component Light{n} {{
+    behaviour {{
+        initial marked state off {{ on response from opened0 if Lift0.floor = {n} goto on }}
+        marked state on {{ on response from closed0 goto off }}
+    }}
+}}"""
+    for n in range(2)
+)
+
+
+@pytest.mark.parametrize("engine", ["explicit", "bdd"])
+def test_guards_say_what_is_kept_by_several_uncontrollable_events(engine: str) -> None:
+    supervisor = synthesize(
+        plant_of(
+            f"{DOORS} requirement never Lift0.open and Lift1.open and Lift0.floor = Lift1.floor"
+        ),
+        engine,
+    )
+    assert guard_text(supervisor, "open0.request") == (
+        "(!Lift1.closing or Lift0.floor != Lift1.floor)"
+        " and (!Lift1.opening or Lift0.floor != Lift1.floor)"
+        " and !(Lift1.open and Lift0.floor = Lift1.floor)",
+        "restricted",
+    )

@@ -72,12 +72,30 @@ def test_guards_are_short(family: str, size: tuple[int, ...], longest: int, engi
 
 UNTUNED = {
     "dining": (3,),
+    "grid": (2, 2, 3),
     "lift": (3, 1),
     "quotas": (4, 1),
     "ring": (3, 2),
     "served_copies": (4, 2),
     "warehouse": (3, 2),
 }
+
+
+def test_where_there_are_very_many_cases_what_a_guard_can_do_without_is_not_tried(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def asked(*_: object) -> None:
+        raise AssertionError("the precondition is the guard")
+
+    monkeypatch.setattr(shorten, "_pruned", asked)
+    for engine in ("explicit", "bdd"):
+        supervisor = synthesize(plant_of(robot_families.grid(3, 3, 4)), engine)
+        said = {g.event.name: to_dsl(g.expr, supervisor.plant.robot) for g in supervisor.guards}
+        assert said["north2"] == (
+            "!(Bot2.x = Bot0.x and Bot2.y + 1 = Bot0.y)"
+            " and !(Bot2.x = Bot1.x and Bot2.y + 1 = Bot1.y)"
+            " and !(Bot3.x = Bot2.x and Bot3.y = Bot2.y + 1)"
+        )
 
 
 @pytest.mark.slow

@@ -330,6 +330,11 @@ class Plant:
         return identity_cache.IdentityCache()
 
     @cached_property
+    def lasting_conditions(self) -> identity_cache.IdentityCache[list[tree.Expr]]:
+        """A cache: what keeps state requirements, for their conditions."""
+        return identity_cache.IdentityCache()
+
+    @cached_property
     def comparisons(self) -> identity_cache.IdentityCache[tuple[tree.Binary, ...]]:
         """A cache: the comparisons of the state in each condition."""
         return identity_cache.IdentityCache()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from math import prod
 from typing import Any, TypeVar
 
@@ -53,14 +54,18 @@ class BddCareSet:
         variables = {variable for part in parts for variable in part}
         cube = self.encoding.now(variables)
         # Projecting one of the sets is enough to see whether both would overlap: the smaller one.
-        small, large = sorted((self.allowed, self.refused), key=manager.size)
+        small, large = self._by_size
         projected = manager.exists(small, cube)
-        if projected & large != manager.false:
+        if not manager.disjoint(projected, large):
             return None
         other = manager.exists(large, cube)
         some, none = (projected, other) if small is self.allowed else (other, projected)
         left = tuple(variable for variable in self.variables if variable not in variables)
         return BddCareSet(self.encoding, left, some, none)
+
+    @cached_property
+    def _by_size(self) -> list[Bdd]:
+        return sorted((self.allowed, self.refused), key=self.encoding.manager.size)
 
     def within(self, allowed: Expr, refused: Expr) -> BddCareSet | None:
         try:

@@ -132,6 +132,7 @@ class Manager:
         self.true: Bdd = self._manager.true()
         self.false: Bdd = self._manager.false()
         self._literals: dict[tuple[int, bool], Bdd] = {}
+        self._everything = self.cube(range(variables))
 
     def literal(self, variable: int, positive: bool) -> Bdd:
         literal = self._literals.get((variable, positive))
@@ -154,6 +155,10 @@ class Manager:
             pairs = [a | b for a, b in zip(level[::2], level[1::2], strict=False)]
             level = pairs + level[len(pairs) * 2 :]
         return level[0] if level else self.false
+
+    def disjoint(self, first: Bdd, second: Bdd) -> bool:
+        """Whether two sets have nothing in common, without computing what they have."""
+        return self.and_exists(first, second, self._everything) == self.false
 
     def exists(self, states: Any, cube: Bdd) -> Bdd:
         """Return a set with the variables of ``cube`` quantified existentially."""

@@ -3,7 +3,7 @@
 Saturation closes a set under what lies further down in the order before it goes on above. Where
 parts of a plant pass something on to others, those that pass it on should lie below those that
 wait for it: from above, each piece that they pass on lets the parts below reach a little more, and
-these are closed anew for each. On a line of twelve cells this is 30 times slower.
+these are closed anew for each: five times slower on four cells of three (``published_families``).
 
 How early a variable can change is estimated in rounds. In each, all transitions are taken that
 nothing forbids but variables that still have their initial values; of a location and of a phase it

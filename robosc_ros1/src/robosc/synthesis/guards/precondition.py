@@ -7,17 +7,25 @@ adds to a command's requirements, in terms of the model: ``User0.used + 1 + User
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import product
 from math import prod
 
 from robosc.expr.traversal import rewritten
 from robosc.expr.tree import FALSE, TRUE, Binary, Expr, Leaf, Literal, Unary
 from robosc.plant.automaton import Edge, Event, LocalAutomaton, Plant
-from robosc.plant.logic import conjunction, disjunction, negation, simplified
+from robosc.plant.logic import conjunction, disjunction, junction, negation, simplified
 from robosc.plant.support import support
 from robosc.synthesis.controlled_system import stays_in_range, taken_where
 
 _MOST_CHOICES = 8
+_MOST_READ = 8
+"""State variables that a condition may read for what keeps it to be looked for."""
+_MOST_REQUIREMENTS = 2**7
+"""State requirements that are followed through events, each for some milliseconds."""
+_MOST_LASTING = 32
+"""Conditions of one state requirement. A lift whose door opens by itself has nine."""
 
 
 def precondition(plant: Plant, event: Event) -> Expr:
@@ -38,10 +46,63 @@ def next_precondition(plant: Plant, event: Event) -> list[Expr]:
         condition
         for following in plant.events
         if not following.controllable and not event.writes.isdisjoint(following.writes)
-        for condition in _before_uncontrollable(plant, following)
+        for condition in _before_uncontrollable(
+            plant, following, _concerned(plant, following.writes)
+        )
     ]
     conditions += _concerned(plant, event.writes)
     return _before_command(plant, event, list(dict.fromkeys(conditions)))
+
+
+def lasting_precondition(plant: Plant, event: Event) -> list[Expr]:
+    """Return the same for the command and any number of uncontrollable events after it.
+
+    Conditions on many variables, and all after the first few of one requirement, are left out; so
+    are all where there are very many requirements.
+    """
+    if len(plant.invariants) > _MOST_REQUIREMENTS:
+        return []
+    conditions = [
+        condition
+        for invariant, _ in plant.invariants
+        for condition in plant.lasting_conditions.of(invariant, partial(_lasting, plant))
+        if not event.writes.isdisjoint(support(plant, condition))
+    ]
+    return _before_command(plant, event, conditions[::-1])
+
+
+def _lasting(plant: Plant, invariant: Expr) -> list[Expr]:
+    """Return what must hold for a state requirement to hold after any uncontrollable events."""
+    found = [invariant]
+    clauses = [_clause(invariant, True)]
+    for condition in found:  # appended to below
+        read = frozenset(support(plant, condition))
+        if len(read) > _MOST_READ:
+            break
+        for event in plant.events:
+            if event.controllable or event.writes.isdisjoint(read):
+                continue
+            moving = tuple(a for a in event.automata if not read.isdisjoint(a.writes))
+            event = replace(event, automata=moving)
+            for before in _before_uncontrollable(plant, event, [condition]):
+                clause = _clause(before := simplified(before), True)
+                if before == TRUE or any(clause >= known for known in clauses):
+                    continue
+                if len(found) == _MOST_LASTING:
+                    return found
+                found.append(before)
+                clauses.append(clause)
+    return found
+
+
+def _clause(condition: Expr, polarity: bool) -> frozenset[tuple[Expr, bool]]:
+    """Return the operands of a disjunction, each with whether it is not negated."""
+    if isinstance(condition, Unary) and condition.operator == "!":
+        return _clause(condition.operand, not polarity)
+    joined = junction(condition, polarity)
+    if joined is None or joined.conjunctive:
+        return frozenset([(condition, polarity)])
+    return frozenset[tuple[Expr, bool]]().union(*(_clause(*part) for part in joined.parts))
 
 
 def _concerned(plant: Plant, written: frozenset[int]) -> list[Expr]:
@@ -65,9 +126,10 @@ def _before_command(plant: Plant, event: Event, conditions: Sequence[Expr]) -> l
     ]
 
 
-def _before_uncontrollable(plant: Plant, event: Event) -> Iterator[Expr]:
-    """Yield the conditions before an event that keep state requirements and ranges after it."""
-    conditions = _concerned(plant, event.writes)
+def _before_uncontrollable(
+    plant: Plant, event: Event, conditions: Sequence[Expr]
+) -> Iterator[Expr]:
+    """Yield the conditions before an event that keep some conditions and ranges after it."""
     if event.parameters:
         return
     for edges in _choices(event):

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import chain, islice
 from typing import Any, Protocol
 
@@ -33,13 +33,20 @@ from robosc.plant.support import event_support, step_support, support
 from robosc.supervisor import Guard, Status
 from robosc.synthesis.guards.greedy_selection import drop
 from robosc.synthesis.guards.lasting_counts import lasting_counts
-from robosc.synthesis.guards.precondition import next_precondition, precondition
+from robosc.synthesis.guards.precondition import (
+    lasting_precondition,
+    next_precondition,
+    precondition,
+)
 from robosc.synthesis.guards.sum_of_products import MOST_STEPS, TooLarge
 
 _SMALL = 2**6
 """Combinations up to which a cover is computed without trying anything else before."""
 _LARGE = 2**9
 """Combinations above which a cover takes longer than to try preconditions."""
+_VAST = 2**16
+"""Combinations above which dropping variables takes longer still, if the precondition reads more
+variables than can be few combinations: robots on a grid (``robot_families``)."""
 _LONG = 40
 """Length (:func:`_length`) above which a shorter guard is looked for."""
 _FEW_STEPS = 2**14
@@ -157,6 +164,10 @@ def _condition(plant: Plant, event: Event, care_set: CareSet, most_steps: int = 
     conditions = list(islice(filter(care_set.separates, candidates), 1))
     if conditions and care_set.size > _SMALL:
         return conditions[0]
+    demanded = cache(lambda: _demanded(plant, event, care_set))
+    exact = demanded() if care_set.size > _VAST else None
+    if exact is not None and _is_short(plant, exact) and 2 ** len(support(plant, exact)) > _SMALL:
+        return exact
     left = _pruned(care_set, rank)
     if left.size <= _SMALL or (len(left.parts) < 3 and left.size <= _LARGE):
         conditions += _attempt(left, rank)
@@ -167,13 +178,16 @@ def _condition(plant: Plant, event: Event, care_set: CareSet, most_steps: int = 
     conditions += [one for one in beside if one is not None]
     if (short := _short(plant, conditions)) is not None:
         return short
-    demanded = _demanded(plant, event, care_set)
-    if demanded is not None:
-        conditions.append(demanded)
-        if _length(plant, demanded) <= _LONG:
+    if (exact := demanded()) is not None:
+        conditions.append(exact)
+        if _is_short(plant, exact):
             return min(conditions, key=partial(_length, plant))
     if not conditions:
-        conditions = _attempt(left, rank, most_steps)
+        lasting = _needed(lasting_precondition(plant, event), care_set)
+        conditions = [] if lasting is None else [lasting]
+        if (short := _short(plant, conditions)) is not None:
+            return short
+        conditions += _attempt(left, rank, most_steps)
     if not conditions:
         raise TooLarge(f"the guard of {event.name} would be too long")
     return min(conditions, key=partial(_length, plant))
@@ -245,11 +259,15 @@ def _beside(
 
 
 def _demanded(plant: Plant, event: Event, care_set: CareSet) -> Expr | None:
-    """Return the precondition of the state requirements, without superfluous parts, if exact."""
+    """Return the precondition of the state requirements, if exact."""
     direct = precondition(plant, event)
     if care_set.separates(direct):
         return direct
-    parts = next_precondition(plant, event)
+    return _needed(next_precondition(plant, event), care_set)
+
+
+def _needed(parts: Sequence[Expr], care_set: CareSet) -> Expr | None:
+    """Return the conjunction of some parts, without superfluous ones, if exact."""
     if not care_set.separates(conjunction(parts)):
         return None
 
@@ -290,6 +308,10 @@ def _short(plant: Plant, conditions: Sequence[Expr]) -> Expr | None:
     lengths = [_length(plant, one) for one in conditions]
     shortest = min(lengths, default=_LONG + 1)
     return None if shortest > _LONG else conditions[lengths.index(shortest)]
+
+
+def _is_short(plant: Plant, expr: Expr) -> bool:
+    return _length(plant, expr) <= _LONG
 
 
 def _length(plant: Plant, expr: Expr) -> int:
