@@ -42,7 +42,7 @@ _FORMATS = {"Int8": "b", "Float32": "<f"}
 STEPS = 120
 SEED = 6
 
-SLOW = {"rate": 0.001, "state_rate": 200.0, "whole_values": True}
+SLOW = {"rate": 0.001, "server_lost_after": 600.0, "state_rate": 200.0, "whole_values": True}
 """Parameters with which only inputs make commands, never the passing of time."""
 
 
