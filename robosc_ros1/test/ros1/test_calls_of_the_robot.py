@@ -141,6 +141,6 @@ def test_a_flood_of_calls(stage: Stage, puppet: Puppet, ear: Puppet) -> None:
         done = [a for a in answers() if a.get("message") == DONE]
         refused = [a for a in answers() if "is busy" in a.get("failure", "")]
         assert len(done) + len(refused) == 100 and done
-        counted = {"inputs": 1 + len(done), "refused": len(refused)}
-        state = node.shows(lambda s: counted.items() <= s["counters"].items())
-        assert state["counters"]["commands"] == len(done)
+        # Between a call and its answer the node may tell its state, too.
+        counted = {"inputs": 1 + len(done), "commands": len(done), "refused": len(refused)}
+        node.shows(lambda s: counted.items() <= s["counters"].items())
