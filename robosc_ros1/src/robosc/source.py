@@ -33,6 +33,11 @@ class Source:
     path: str
     text: str
 
+    @property
+    def file_name(self) -> str:
+        """The file's name without its folder, so that output does not depend on where it lies."""
+        return Path(self.path).name
+
     @cached_property
     def _line_starts(self) -> list[int]:
         return [0, *(match.end() for match in re.finditer("\n", self.text))]
@@ -87,11 +92,15 @@ class Span:
     def text(self) -> str:
         return self.source.text[self.start : self.end]
 
+    @property
+    def place(self) -> str:
+        """Where it begins: ``line_follower.rscd:42``."""
+        return f"{self.source.file_name}:{self.line}"
+
     def told_from(self, other: Span) -> str:
-        """The line, as it is told in the source of another span: ``line 42``, or with the name of
-        the file where that is a different one, ``Rover.rscd:42``."""
-        alike = self.source is other.source
-        return f"line {self.line}" if alike else f"{Path(self.source.path).name}:{self.line}"
+        """The line, as it is told in the source of another span: ``line 42``, or its place if that
+        is in a different file."""
+        return f"line {self.line}" if self.source is other.source else self.place
 
     def to(self, other: Span) -> Span:
         """The range from the start of this span to the end of another in the same source."""

@@ -42,15 +42,20 @@ def supervisor_of(name: str) -> Supervisor:
     return pipeline.synthesize(pipeline.load(model_of(name)).robot)
 
 
+def demand_passes(supervisor: Supervisor, text: str) -> None:
+    """Raise an error if the generated controller does not do what a script expects."""
+    out, messages = io.StringIO(), io.StringIO()
+    session = Session(machine_maker(supervisor, execute=True))
+    done = follow_script(session, text.splitlines(), "run", out, messages, False)
+    assert (done.exit_code, messages.getvalue()) == (0, "")
+
+
 @pytest.mark.parametrize("name", PLAYED)
 def test_the_generated_controller_passes(name: str) -> None:
     """Expectations are those of the plant, so this compares the two."""
     supervisor = supervisor_of(name)
     for text in scripts_of(supervisor):
-        out, messages = io.StringIO(), io.StringIO()
-        session = Session(machine_maker(supervisor, execute=True))
-        done = follow_script(session, text.splitlines(), "run", out, messages, False)
-        assert (done.exit_code, messages.getvalue()) == (0, "")
+        demand_passes(supervisor, text)
 
 
 LONG = """
@@ -93,10 +98,7 @@ def test_a_wait_brings_no_more_than_a_node_does_at_once(monkeypatch: pytest.Monk
     assert any("expect Base.resting" in text and "wait 180" in text for text in scripts)
     monkeypatch.setattr(Execution, "wait", wait)
     for text in scripts:
-        out, messages = io.StringIO(), io.StringIO()
-        session = Session(machine_maker(supervisor, execute=True))
-        done = follow_script(session, text.splitlines(), "run", out, messages, False)
-        assert (done.exit_code, messages.getvalue()) == (0, "")
+        demand_passes(supervisor, text)
 
 
 NARROW = """
@@ -136,10 +138,7 @@ def test_data_are_expected_as_they_come_of_fields_of_32_bits() -> None:
     assert any("expect sent fill.request" in text for text in texts)
     for text in texts:
         arrived = re.sub(r"(?<=^level.response )[-.0-9e]+", arriving, text, flags=re.MULTILINE)
-        out, messages = io.StringIO(), io.StringIO()
-        session = Session(machine_maker(supervisor, execute=True))
-        done = follow_script(session, arrived.splitlines(), "run", out, messages, False)
-        assert (done.exit_code, messages.getvalue()) == (0, "")
+        demand_passes(supervisor, arrived)
 
 
 @pytest.mark.parametrize(("name", "mode"), [("navigation", "controller"), ("door", "monitor")])

@@ -10,7 +10,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from robosc.emit.controller.naming import place
 from robosc.emit.package.rendering import instantiated
 from robosc.errors import Diagnostic, UsageError, counted
 from robosc.evidence.runs import RecordedRun, RecordedRuns, RequirementRecord
@@ -127,7 +126,7 @@ def evidence(
         "provided": [*PROVIDED],
         "assumptions": [_cited(assumption) for assumption in robot.assumptions],
         "warnings": [
-            {"code": d.code, "message": d.message, "place": place(d.span)} for d in warnings
+            {"code": d.code, "message": d.message, "place": d.span.place} for d in warnings
         ],
         "requirements": [
             *(
@@ -145,7 +144,7 @@ def evidence(
 
 
 def _cited(one: Requirement | Goal | Assumption) -> Document:
-    return {"id": one.id, "text": one.text, "place": place(one.span)}
+    return {"id": one.id, "text": one.text, "place": one.span.place}
 
 
 def _by_text(robot: Robot) -> dict[str, list[int]]:

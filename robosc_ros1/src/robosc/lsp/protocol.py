@@ -66,8 +66,7 @@ def _diagnostic(
     if span.source is not source:
         here = [n.span for n in notes if n.span is not None and n.span.source is source]
         notes = (errors.Note("the fault is here", span), *notes)
-        name = Path(span.source.path).name
-        message = f"{name}:{span.line}: {message}"
+        message = f"{span.place}: {message}"
         span = here[0] if here else Span(source, 0, 0)
     related = [
         types.DiagnosticRelatedInformation(location(n.span, encoding), n.message)

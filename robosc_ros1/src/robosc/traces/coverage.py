@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
-from robosc.emit.controller.naming import place
 from robosc.expr.tree import TRUE, Expr, Operation
 from robosc.expr.types import BooleanType
 from robosc.language.events import EventKind
@@ -152,11 +151,11 @@ class Coverage:
             for index in event.requirements:
                 requirement = robot.requirements[index]
                 met = exact(self.steps.plant.view.met(requirement))
-                where = place(requirement.span)
+                where = requirement.span.place
                 demands.append(Demand(requirement.text, where, index, self._condition(met)))
         if guard is not None and (guard.status != "as required" or not event.kind.sent):
             text = "synthesis" if event.kind.sent else "a requirement that is violated"
-            where = place(event.span)
+            where = event.span.place
             if guard.expr != TRUE:
                 demands.append(Demand(text, where, None, self._condition(exact(guard.expr))))
         preferred = self.steps.preferred.get(event.command, ()) if event.kind.sent else ()
@@ -167,7 +166,7 @@ class Coverage:
     def _all(self) -> Iterator[tuple[Case, str]]:
         for number in self.steps.on_states:
             requirement = self.robot.requirements[number]
-            told = f"{shortened_text(requirement.text, LONG)} ({place(requirement.span)})"
+            told = f"{shortened_text(requirement.text, LONG)} ({requirement.span.place})"
             yield ("states", number, True), f"{told} holds"
             yield ("states", number, False), f"{told} is violated"
         for rule in self.rules:
@@ -212,7 +211,7 @@ class Coverage:
         for other in rule.preferred:
             yield ("yields", number, other.number), f"{name} waits for {label(other.event)}"
         for index, (provide, condition) in enumerate(self._provides[number]):
-            where = f"{name}, provide ({place(provide.span)})"
+            where = f"{name}, provide ({provide.span.place})"
             yield ("provided", number, index), f"{where} gives its data"
             for outcome, text in _outcomes(condition):
                 yield ("provide", number, index, *outcome), f"{where}: {text} alone decides"

@@ -197,10 +197,10 @@ def possible_values(condition: Function, state: State, carried: Carried) -> tupl
 class ExactEdge:
     """An edge of a component, compiled.
 
-    ``name`` is its line, and where it leads if it leaves its location. ``assigned`` are variables
-    with their new values, their types, and whether they are in the state of the plant: those that
-    are not stay as they are where a value leaves their range. ``made`` are the values as
-    expressions.
+    ``name`` is its line as the model tells it, and where it leads if it leaves its location.
+    ``assigned`` are variables with their new values, their types, and whether they are in the state
+    of the plant: those that are not stay as they are where a value leaves their range. ``made`` are
+    the values as expressions.
     """
 
     name: tuple[str, str]

@@ -13,7 +13,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from robosc import limits
-from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.plant.automaton import Event
 from robosc.runtime.core.telemetry import dump
@@ -47,7 +46,7 @@ class Played:
         self._number = 0
         self._begin(machine.beginning)
         supervisor = machine.supervisor
-        source = file_of(machine.plant.robot.span)
+        source = machine.plant.robot.span.source.file_name
         hub.put("model", dump(model_document(supervisor, source)))
         hub.put("hello", dump({"source": "model", "title": source, "clock": self._has_clock}))
 

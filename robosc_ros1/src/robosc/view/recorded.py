@@ -13,7 +13,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from robosc.emit.controller.naming import file_of
 from robosc.emit.package.model_document import model_document
 from robosc.errors import UsageError
 from robosc.language.events import EventKind
@@ -131,7 +130,7 @@ class Recording:
         self._moments: list[_Moment] = []
         self._departures: list[Json] = []
         self._follow(supervisor)
-        source = file_of(supervisor.plant.robot.span)
+        source = supervisor.plant.robot.span.source.file_name
         self._supervisor = supervisor
         self.model: Json = model_document(supervisor, source)
         self.hello: Json = {"source": "log", "title": log, "count": len(self._entries)}

@@ -21,7 +21,7 @@ from robosc.emit.controller import (
     template_data,
 )
 from robosc.emit.controller.attribute_names import attributes_of, counting_entries, word_of
-from robosc.emit.controller.naming import PythonNames, place
+from robosc.emit.controller.naming import PythonNames
 from robosc.emit.controller.python_literals import literal
 from robosc.emit.controller.template_data import LastingView
 from robosc.emit.package import config, rendering
@@ -45,7 +45,7 @@ def lasting_views(robot: entities.Robot, attributes: python.Attributes) -> tuple
     return tuple(
         LastingView(
             one.name,
-            place(one.span),
+            one.span.place,
             attributes.lasting[one.name],
             attributes.text(one.condition),
             attributes.locations[one.name],
@@ -274,7 +274,7 @@ class _Builder:
                     )
                 )
             yield template_data.ComponentView(
-                component.name, place(component.span), tuple(attributes)
+                component.name, component.span.place, tuple(attributes)
             )
 
     def _phase_views(self) -> Iterator[template_data.AttributeView]:
@@ -296,7 +296,7 @@ class _Builder:
         )
         return template_data.RequirementView(
             requirement.text,
-            place(requirement.span),
+            requirement.span.place,
             self.names.take(f"requirement_{number + 1}"),
             self.robot.supervises and requirement.on_data,
             self.attributes.text(guard_methods.holds_where(requirement)),
@@ -325,7 +325,7 @@ class _Builder:
         return template_data.InputView(
             key=event.key,
             kind=event.kind.word,
-            place=place(event.span),
+            place=event.span.place,
             description=described(event.kind, self.robot.communications[event.key]),
             read=read,
             read_lines=lines,
@@ -340,7 +340,7 @@ class _Builder:
         """A condition that is counted where it is undefined."""
         text = self.attributes.text(condition)
         if traversal.may_be_undefined(condition) and condition.span is not None:
-            return f"self.holds(lambda: {text}, {python.literal(place(condition.span))})"
+            return f"self.holds(lambda: {text}, {python.literal(condition.span.place)})"
         return text
 
     def _command(self, guard: Guard) -> template_data.CommandView:
@@ -362,7 +362,7 @@ class _Builder:
         return template_data.CommandView(
             key=event.key,
             kind=kind,
-            place=place(event.span),
+            place=event.span.place,
             description=described(event.kind, self.robot.communications[event.key]),
             permission=f"{event.name} may be {PERMITTED[event.kind]}",
             read=read,
@@ -428,7 +428,7 @@ class _Builder:
             event.name,
             event.index,
             self.names.take(f"after_{event.index}_of_{snake_case(event.key)}"),
-            place(event.span),
+            event.span.place,
             state.name,
             python.literal(delay),
             f"~{delay}" if isinstance(delay, str) else f"{delay} s",
@@ -476,7 +476,7 @@ class _Builder:
             event.name,
             event.index,
             self.names.take(f"step_{event.index}_of_{snake_case(event.key)}"),
-            place(event.span),
+            event.span.place,
             (*body, "return None") if body else (),
             python.read_by(conditions),
             tuple(writes),

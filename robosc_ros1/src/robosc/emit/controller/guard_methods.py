@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosc.emit.controller import naming, template_data
+from robosc.emit.controller import template_data
 from robosc.emit.controller.python import Attributes, PythonCode
 from robosc.emit.write.line_breaks import unparenthesised
 from robosc.expr import traversal, tree, undefined_data
@@ -83,7 +83,7 @@ class GuardTexts:
 
     def _cited(self, number: int) -> str:
         requirement = self.supervisor.plant.robot.requirements[number]
-        return f"{requirement.text} ({naming.place(requirement.span)})"
+        return f"{requirement.text} ({requirement.span.place})"
 
     def _call(self, event: Event, number: int) -> str:
         """The requirement's part in a request's or, violated, in a cancel's guard."""

@@ -57,15 +57,13 @@ def corrected_data(
     lines: list[str] = []
     for provide in provides:
         text = _fields(provide, robot.commands[key], attributes)
-        place = python.literal(naming.place(provide.span))
+        place = python.literal(provide.span.place)
         told = f"{python.literal(fold_text(provide.span.text))}, {place}"
         if provide.condition is None:
             return (*lines, f"return {text}, {told}")
         condition = attributes.text(provide.condition)
         if traversal.may_be_undefined(provide.condition):
-            condition = (
-                f"self.holds(lambda: {condition}, {python.literal(naming.place(provide.span))})"
-            )
+            condition = f"self.holds(lambda: {condition}, {python.literal(provide.span.place)})"
         lines += [f"if {condition}:", f"    return {text}, {told}"]
     return (*lines, "return None")
 
@@ -78,7 +76,7 @@ def provided_data(
     provides = [p for p in robot.provides if p.communication == key and key not in robot.corrected]
     lines: list[str] = []
     for provide in provides:
-        where, text = naming.place(provide.span), _fields(provide, robot.commands[key], attributes)
+        where, text = provide.span.place, _fields(provide, robot.commands[key], attributes)
         if provide.condition is None:
             lines += [f"# {where}", f"return {text}"]
         else:
@@ -182,7 +180,7 @@ def _rules(enum: types.EnumType, attributes: python.Attributes) -> Iterator[str]
     """The statements of an enum's function: the first rule that holds decides."""
     for rule in enum.rules:
         condition = tree.condition_of(rule)
-        where = "" if condition.span is None else naming.place(condition.span)
+        where = "" if condition.span is None else condition.span.place
         indent = "    " if traversal.may_be_undefined(condition) else ""
         if indent:
             yield "try:"

@@ -5,9 +5,6 @@ from __future__ import annotations
 import builtins
 import keyword
 from collections.abc import Iterable
-from pathlib import Path
-
-from robosc.source import Span
 
 # Keywords that came after Python 3.8 or are about to come ("match" may stay a name).
 _WORDS = frozenset(keyword.kwlist) | frozenset(dir(builtins))
@@ -35,13 +32,3 @@ class PythonNames:
 def field_attribute(name: str) -> str:
     """A message's field as an attribute in Python: genpy puts ``_`` behind a keyword."""
     return f"{name}_" if keyword.iskeyword(name) else name
-
-
-def file_of(span: Span) -> str:
-    """The model file's name without its folder, so that output does not depend on where it lies."""
-    return Path(span.source.path).name
-
-
-def place(span: Span) -> str:
-    """Where something stands in the model: ``line_follower.rscd:42``."""
-    return f"{file_of(span)}:{span.line}"

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from robosc.emit.controller.naming import PythonNames, place
+from robosc.emit.controller.naming import PythonNames
 from robosc.emit.controller.python import Attributes, PythonCode, joined, literal
 from robosc.emit.controller.template_data import PartnerView, ReactionView
 from robosc.emit.write.line_breaks import unparenthesised
@@ -118,7 +118,7 @@ class Reactions:
         not to happen."""
         for restriction in self.plant.restrictions.get((event.kind, event.key), ()):
             assumption = restriction.assumption
-            where = f"{assumption.text} ({place(assumption.span)})"
+            where = f"{assumption.text} ({assumption.span.place})"
             yield f"if not ({self.attributes.text(restriction.condition)}):"
             yield f"    raise BrokenAssumption({literal(where)})"
 
@@ -195,7 +195,7 @@ class Reactions:
             more = PythonCode(f"self.{entries} + 1", frozenset([entries]))
             effects.append(_Effect(entries, more, "+= 1"))
         condition = self._edge_condition(location, edges)
-        return _Branch(condition, place(edge.span), tuple(effects))
+        return _Branch(condition, edge.span.place, tuple(effects))
 
     def _edge_condition(self, location: StateVariable, edges: list[Edge]) -> PythonCode:
         guard = edges[0].guard
@@ -204,7 +204,7 @@ class Reactions:
             code = self.attributes.code(guard)
             text = self.attributes.operand(guard)
             if traversal.may_be_undefined(logic.exact(guard)):
-                text = f"self.holds(lambda: {code.text}, {literal(place(edges[0].span))})"
+                text = f"self.holds(lambda: {code.text}, {literal(edges[0].span.place)})"
             parts.append(replace(code, text=text))
         return joined("and", parts)
 
@@ -231,7 +231,7 @@ class Reactions:
         text, reads, mismatches = code.text, code.reads, code.mismatches
         if isinstance(variable.type, types.DoubleType) and isinstance(expr.type, types.IntegerType):
             text = f"{'widen' if python_text.may_be_huge(expr) else 'float'}({text})"
-        where = literal(place(expr.span)) if expr.span is not None else '""'
+        where = literal(expr.span.place) if expr.span is not None else '""'
         if not traversal.within(expr, variable.type):
             assert isinstance(variable.type, types.IntegerType)
             assert variable.type.bounds is not None

@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 from robosc import limits
-from robosc.emit.controller import guard_methods, naming
+from robosc.emit.controller import guard_methods
 from robosc.emit.export.pictured_transitions import as_written, pictured
 from robosc.emit.package.plot_lines import thresholds
 from robosc.expr import types
@@ -44,7 +44,7 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
                 "request": str(c.request),
                 "response": str(c.response),
                 "feedback": str(c.feedback),
-                "place": naming.place(c.span),
+                "place": c.span.place,
             }
             for c in robot.communications.values()
         ],
@@ -54,20 +54,20 @@ def model_document(supervisor: Supervisor, source: str) -> dict[str, Json]:
                 "parameter": parameter.name,
                 "type": str(parameter.type),
                 "default": parameter.default,
-                "place": naming.place(parameter.span),
+                "place": parameter.span.place,
             }
             for parameter in robot.parameters
         ],
         "requirements": [
             {
                 "text": requirement.text,
-                "place": naming.place(requirement.span),
+                "place": requirement.span.place,
                 "communications": [names[key] for key in requirement.communications],
             }
             for requirement in robot.requirements
         ]
         + [
-            {"text": goal.text, "place": naming.place(goal.span), "communications": []}
+            {"text": goal.text, "place": goal.span.place, "communications": []}
             for goal in robot.goals
         ],
         "commands": [
@@ -90,7 +90,7 @@ def _component(component: Component, plant: Plant) -> dict[str, Json]:
     robot = plant.robot
     return {
         "name": component.name,
-        "place": naming.place(component.span),
+        "place": component.span.place,
         "library": component.library,
         "states": [
             {"name": place_of(s.name), "initial": s.initial, "marked": s.marked}
@@ -170,7 +170,7 @@ def _transitions(behaviour: automata.Behaviour, component: str, robot: Robot) ->
             "event": _event(t.event, names.get(t.communication, component), t.index),
             "guard": None if t.guard is None else to_dsl(t.guard, robot),
             "assignments": [f"{a.variable} := {to_dsl(a.value, robot)}" for a in t.assignments],
-            "place": naming.place(t.span),
+            "place": t.span.place,
         }
         | ({} if t.delay is None else {"delay": as_written(t.delay, robot)})
         | ({"box": state} if state in inside else {})

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from robosc.emit.controller import guard_methods, python
-from robosc.emit.controller.naming import file_of, place
 from robosc.emit.export.pictured_transitions import pictured
 from robosc.emit.package.config import Config, declared_communications, declared_parameters
 from robosc.language.events import Kind
@@ -157,7 +156,7 @@ def readme_context(
 
     def interfaces(kind: Kind) -> tuple[InterfaceView, ...]:
         return tuple(
-            InterfaceView(*spelling(c), robot.display_names[c.key], place(c.span))
+            InterfaceView(*spelling(c), robot.display_names[c.key], c.span.place)
             for c in robot.communications.values()
             if c.kind is kind
         )
@@ -165,7 +164,7 @@ def readme_context(
     return ReadmeContext(
         package=package,
         robot=robot.name,
-        source=file_of(robot.span),
+        source=robot.span.source.file_name,
         subscribed=interfaces(Kind.OUTGOING),
         published=interfaces(Kind.INCOMING),
         services=interfaces(Kind.SERVICE),
@@ -188,7 +187,7 @@ def _guards(supervisor: Supervisor) -> list[GuardView]:
         event = guard.event
         name = event_text(event) if event.kind.of_component else f"{event.name} {event.kind.word}"
         texts = tuple(
-            f"{robot.requirements[i].text} ({place(robot.requirements[i].span)})"
+            f"{robot.requirements[i].text} ({robot.requirements[i].span.place})"
             for i in event.requirements
         )
         text = to_dsl(supervisor.part_names.of_guard(guard.expr), robot)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from robosc import __version__, resources
-from robosc.emit.controller import assembly, naming, template_data
+from robosc.emit.controller import assembly, template_data
 from robosc.emit.controller.python_literals import assignment, literal
 from robosc.emit.package import package_context
 from robosc.emit.package.config import Config, declared_parameters
@@ -165,7 +165,7 @@ def package_of(
         UsageError: the configuration does not fit the robot.
     """
     robot = supervisor.plant.robot
-    source = naming.file_of(robot.span)
+    source = robot.span.source.file_name
     controller = assembly.controller_context(supervisor, source)
     context = _context(target, robot, package, controller.class_name, config.checked(robot))
     controls = config.package or f"{package_name(robot.name)}_controller"
@@ -319,7 +319,7 @@ def _context(
         package=package,
         node_name=package,
         robot=robot.name,
-        source=naming.file_of(robot.span),
+        source=robot.span.source.file_name,
         version=config.version,
         maintainer=config.maintainer,
         maintainer_email=config.email,

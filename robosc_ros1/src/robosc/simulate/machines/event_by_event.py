@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import Any
 
 from robosc import errors, limits
-from robosc.emit.controller.naming import place
 from robosc.expr import evaluation, traversal, tree, types, undefined_data
 from robosc.language import events, operators
 from robosc.plant import acceptance, event_values, model_text
@@ -74,7 +73,7 @@ def _kept(supervisor: Supervisor, event: Event) -> Iterator[Reason]:
     for index in event.requirements:
         requirement = supervisor.plant.robot.requirements[index]
         yield Reason(
-            "requirement", f"this requirement holds: {requirement.text}", place(requirement.span)
+            "requirement", f"this requirement holds: {requirement.text}", requirement.span.place
         )
     if not event.requirements:
         yield Reason("requirement", "no requirement is a reason to cancel it")
@@ -114,7 +113,7 @@ def _violated(
                 if _may_hold(plant, event, plant.view.expression(part.unmet), state)
             ]
             told = [text for text in because if text]
-            yield Reason("requirement", requirement.text, place(requirement.span), told)
+            yield Reason("requirement", requirement.text, requirement.span.place, told)
 
 
 def _may_hold(plant: Plant, event: Event, condition: tree.Expr, state: PlantState) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from typing import Any, cast
 
-from robosc.emit.controller import assembly, naming
+from robosc.emit.controller import assembly
 from robosc.emit.package.rendering import render
 from robosc.expr import evaluation, tree
 from robosc.expr.types import ArrayType, DoubleType, IntegerType, NoneType, ObjectType, Type, Value
@@ -122,7 +122,7 @@ def make_controller(supervisor: Supervisor) -> Controller:
 
 def controller_class(supervisor: Supervisor) -> Callable[[], Controller]:
     """What makes a controller in its initial state."""
-    context = assembly.controller_context(supervisor, naming.file_of(supervisor.plant.robot.span))
+    context = assembly.controller_context(supervisor, supervisor.plant.robot.span.source.file_name)
     # In a package the runtime is a copy beside the controller; here it is robosc's own.
     context = replace(context, runtime="robosc.runtime")
     text = render("common/node/controller.py.jinja", context)
