@@ -258,9 +258,11 @@ def test_silence_is_noticed_however_many_clocks_there_are(seed: int) -> None:
 class Wall:
     """A bench whose port has a clock of its own, beside that of the machine."""
 
-    def __init__(self, start: float, engine_type: Any = controller_engine) -> None:
+    def __init__(
+        self, start: float, engine_type: Any = controller_engine, port: Any = PlayedPort
+    ) -> None:
         self.seconds = 0.0
-        self.port = PlayedPort()
+        self.port = port()
         self.port.time = start
         self.engine = engine_type(
             WatchController(), self.port, DEFAULTS, steady=lambda: self.seconds
@@ -573,6 +575,36 @@ def test_after_a_pause_nothing_is_commanded_on_messages_that_waited() -> None:
     assert standing.port.take() == [HALT], "what waited is too old to drive on"
     assert standing.hear() == [DRIVE]
     assert "stood still for 7.0 s" in standing.port.logs[0][1]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "left"),
+    [
+        (5.0, 5.0, 0.5),
+        (5.0, 5.1, 0.4),  # a simulation that goes on at a crawl
+        (5.0, 5.5, 0.0),
+        (5.0, 12.0, 0.0),
+        (5.0, 4.9, 0.0),  # how much was lost by the step back is not known
+        (5.0, 1.0, 0.0),
+        (BEFORE_TIME, 900.0, 0.5),
+        (5.0, BEFORE_TIME, 0.0),
+    ],
+)
+def test_what_waited_counts_as_come_when_the_pause_began(
+    before: float, after: float, left: float
+) -> None:
+    """By the clock of the port: a pause of the machine in which that stands makes nothing old."""
+    wall = Wall(before, port=WaitingPort)
+    post = wall.engine.poster([SCAN])
+    post(5.0)
+    wall.engine.cycle()
+    wall.seconds += 7.0
+    wall.port.time = after
+    for _ in range(2):
+        post(5.0)
+        wall.engine.cycle()
+    assert wall.engine.snapshot()["clocks"].get("scan", 0.0) == pytest.approx(left)
+    assert bool(wall.engine.controller.scan_fresh) is (left > 0.0)
 
 
 def test_a_pause_in_the_middle_of_a_cycle_is_noticed_before_a_command() -> None:

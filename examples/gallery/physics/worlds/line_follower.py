@@ -9,7 +9,7 @@ import numpy as np
 
 from physics.rover import Camera
 from physics.rover_world import STOP, TIMEOUT, RoverWorld, sees
-from physics.world import Sample
+from physics.world import STEP, Sample
 
 __all__ = ["LineFollower"]
 
@@ -68,7 +68,7 @@ class LineFollower(RoverWorld):
         if speed or turn:
             self.observer.judge("moves only while released", lambda m: not m["stopped"])
             self.observer.judge("moves only if it sees", lambda m: sees(m, "/line"))
-        elif self.time:  # before, a silence is noticed by the clock of the machine
+        elif self.time > STEP:  # before, a silence is noticed by the clock of the machine
             self.observer.judge(
                 "halts only for a reason",
                 lambda m: m["stopped"] or not m.fresh("/line", TIMEOUT - 0.1),

@@ -23,6 +23,7 @@ from __future__ import annotations
 from collections import deque
 from heapq import heappop, heappush
 from itertools import count
+from math import inf
 from typing import TYPE_CHECKING, Callable, Iterator, NamedTuple, Sequence, Union
 
 from .calls import RETRY, Calls, Missed
@@ -93,6 +94,7 @@ class Clocks:
         """How often the port's clock stepped back."""
         self._last = self._since = BEFORE_TIME  # the port's time, and when it stepped back last
         self._shift = 0.0  # what the port's clock lost by steps back
+        self._broken = -inf  # the time of the clocks when the port's was another one or stepped back
         self._seen = self._last  # the port's time at the last look
         self._looked = self._moved = 0.0  # the times of the machine of that look, and of its change
 
@@ -133,11 +135,12 @@ class Clocks:
             now = self._port_time()
         if (now != BEFORE_TIME) is not self.has_begun:
             self._change_clock()
-            return self._last + self._shift
+            return self.read
         if not self.has_begun:
             now = self._steady()
         if now < self._last:
             self.steps_back += 1
+            self._broken = self.read
             self._continue_at(now)
             if self._last - now >= max(self.delays, default=0.0):
                 self._restart_all(now + self._shift)
@@ -146,21 +149,28 @@ class Clocks:
 
     def _change_clock(self) -> None:
         """Restart all clocks, since the port's clock started, or was set to nothing again."""
+        if self.has_begun:
+            self._broken = self.read
         self.steps_back += self.has_begun
         self.has_begun = not self.has_begun
         self._go_on_by_another_clock()
         if self.timers is not None:
-            self.timers.restart(self._last + self._shift)
+            self.timers.restart(self.read)
 
     def _go_on_by_another_clock(self) -> None:
         self._continue_at(self.moment())
         self._last = self._since
-        self._restart_all(self._last + self._shift)
+        self._restart_all(self.read)
 
     def _continue_at(self, now: float) -> None:
         """Let no time pass between the port's last time and this one."""
         self._shift += self._last - now
         self._since = now
+
+    @property
+    def read(self) -> float:
+        """The time of the clocks when it was read last."""
+        return self._last + self._shift
 
     def any_due(self, now: float | None = None) -> bool:
         """Whether a clock may be due. ``now`` is the port's time, if it was read just before."""
@@ -170,19 +180,20 @@ class Clocks:
     def is_watched(self, key: str) -> bool:
         return key in self._watches
 
-    def heard(self, keys: Sequence[str], arrival: float | None) -> None:
-        """Restart the timeouts of messages that arrived at this time of the port, or end them
-        (None: too long ago); messages without a timeout are ignored."""
+    def heard(self, keys: Sequence[str], arrival: float, latest: float = inf) -> None:
+        """Restart the timeouts of messages that arrived at this time of the port, but by the time
+        ``latest`` of the clocks; end them if it is not known how long that was ago. Messages
+        without a timeout are ignored."""
         time = now = self.time()
         machine = self._steady()
         # Otherwise it is from before a step back, or before time started.
-        if arrival is not None and self._since <= arrival <= self._last:
+        if self._since <= arrival <= self._last:
             time = arrival + self._shift
         for key in keys:
             watch = self._watches.get(key)
             if watch is not None:
                 watch.heard, watch.renewed = machine, False
-                watch.deadline = now if arrival is None else time + watch.delay
+                watch.deadline = now if latest <= self._broken else min(time, latest) + watch.delay
                 self.plan(watch)
 
     def first_due(self, now: float) -> tuple[float, Clock] | None:
@@ -215,6 +226,7 @@ class Clocks:
 
     def change(self) -> None:
         """Restart all running clocks, since the port has another clock."""
+        self._broken = self.read
         self._go_on_by_another_clock()
 
     def time_left(self) -> dict[str, float]:

@@ -364,8 +364,8 @@ class Engine(Generic[R]):
             entries = self._ages.dated(entries, message, arrival)
         applied = self.observe(entries, message)
         if inbox.is_watched:
-            known = None if self.pauses.holds else arrival
-            self._clocks.heard([entry.key for entry in applied], known)
+            keys = [entry.key for entry in applied]
+            self._clocks.heard(keys, arrival, self.pauses.latest_arrival)
 
     def take_delayed(self, timer: Timer) -> None:
         """Take a transition whose delay is over, if its guard holds."""

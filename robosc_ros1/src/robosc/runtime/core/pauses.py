@@ -4,11 +4,12 @@
 After a pause (a stopped process, a suspended machine, one without time for the node) messages wait
 in sockets, perhaps a scan in one and an emergency stop in another. No command is sent on the first
 of them: commands are held until all that waited has been applied. When those messages arrived is
-not known, so none of them makes its topic fresh.
+not known: they count as having come when the pause began.
 """
 
 from __future__ import annotations
 
+from math import inf
 from typing import Callable
 
 from .engine_parts import EngineParts
@@ -36,6 +37,8 @@ class Pauses:
         self._parts = parts
         self._steady = parts.steady
         self._last: float | None = None  # when the engine looked last
+        self._read = 0.0  # the time of the clocks then
+        self._since = 0.0  # that time when the pause began
         self._next_look = 0.0  # when the clocks look next whether time stands
         self._until = 0.0
         self._number = 0
@@ -55,10 +58,19 @@ class Pauses:
             return now
         self._last = now
         if last is not None and now - last > 2 * beat:
+            if not self.holds:
+                self._since = self._read
             self._begin(now - last, now)
         elif self.holds and now >= self._until:
             self.holds = False
+        self._read = self._parts.clocks.read
         return now
+
+    @property
+    def latest_arrival(self) -> float:
+        """The time of the clocks by which what is handled now has arrived at the latest, as far as
+        is known."""
+        return self._since if self.holds else inf
 
     def _begin(self, pause: float, now: float) -> None:
         parts = self._parts
