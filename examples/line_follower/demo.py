@@ -146,6 +146,8 @@ def tell(summary: dict[str, Any], picture: Path, seconds: float) -> None:
     print(f"  grabs                {summary['grabs']}, {summary['missed_grabs']} failed attempts")
     print(f"  light switches       {summary['light_switches']}")
     judged = f"of {summary['commands_judged']} judgements, tolerance {summary['tolerance']:g} s"
+    if summary["late"] > summary["tolerance"] / 2:
+        judged += f", {summary['late']:.2f} s more where the machine was late"
     print(f"  violations           {violations(summary)}   ({judged})")
     for rule, count in summary["violations"].items():
         if count:

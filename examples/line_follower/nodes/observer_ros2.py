@@ -14,12 +14,14 @@ import rclpy
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from geometry_msgs.msg import Pose2D, Twist
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_profile_action_status_default
+from rclpy.qos import qos_profile_action_status_default
 from std_msgs.msg import Bool, Empty, Float32
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "src"))
 
 from line_follower.observed import Observed
+
+STATUS = "/grab/_action/status"
 
 
 class Observer(Node):
@@ -31,21 +33,32 @@ class Observer(Node):
         observed = Observed(self.declare_parameter("tolerance", 0.1).value)
         judge, self.observed = observed.judge, observed
         self.running, self.ended = set(), set()
-        for topic, kind, handler in (
-            ("/distance", Float32, lambda now, m: judge.distance(now, m.data)),
+        others = (
             ("/correction", Float32, lambda now, _: judge.line(now, True)),
             ("/no_line", Empty, lambda now, _: judge.line(now, False)),
             ("/vel", Twist, lambda now, m: observed.velocity(now, m.linear.x, m.angular.z)),
             ("/light", Bool, lambda now, m: observed.light(now, m.data)),
             ("/bump", Empty, lambda now, _: judge.bump(now)),
             ("/pose", Pose2D, lambda _, m: observed.pose(m.x, m.y)),
-        ):
-            self.hear(topic, kind, handler, QoSProfile(depth=100))
+        )
+        for entry in others:
+            self.hear(*entry)
         status = qos_profile_action_status_default
-        self.hear("/grab/_action/status", GoalStatusArray, self.on_status, status)
+        self.hear(STATUS, GoalStatusArray, self.on_status, status)
+        # The robot begins when this node listens to /distance: by then it hears all the others.
+        topics = [STATUS, *(topic for topic, _, _ in others)]
+        while rclpy.ok() and not all(map(self.count_publishers, topics)):
+            rclpy.spin_once(self, timeout_sec=0.05)
+        self.hear("/distance", Float32, lambda now, m: judge.distance(now, m.data))
 
-    def hear(self, topic, kind, handler, profile):
-        self.create_subscription(kind, topic, lambda m: handler(time.monotonic(), m), profile)
+    def hear(self, topic, kind, handler, profile=100):
+        def heard(message, info):
+            now, received = time.monotonic(), info["received_timestamp"]
+            if received:
+                self.observed.judge.late(now, time.time() - received * 1e-9)
+            handler(now, message)
+
+        self.create_subscription(kind, topic, heard, profile)
 
     def on_status(self, now, message):
         """Goals are requests of a service, which nobody else hears: their status tells of them."""

@@ -109,12 +109,25 @@ def test_running_into_an_obstacle_is_counted(judge: Judge) -> None:
     assert judge.violations["nothing is touched"] == 2
 
 
+def test_how_late_the_observer_was_about_that_time_is_added_to_the_tolerance(judge: Judge) -> None:
+    judge.late(4.5, 0.3)
+    judge.velocity(5.0, 0.0, 0.0)
+    judge.distance(5.35, OBSTRUCTED)  # the reason came before, but was heard later
+    assert violated(judge) == set()
+    judge.distance(6.0, FREE)
+    judge.velocity(7.0, 0.0, 0.0)
+    judge.distance(7.35, OBSTRUCTED)
+    assert violated(judge) == {"stop needs a reason"}
+
+
 def test_history_is_forgotten(judge: Judge) -> None:
     for second in range(2, 1000):
         judge.distance(second, FREE if second % 2 else OBSTRUCTED)
         judge.velocity(second, 0.4 if second % 2 else 0.0, 0.0)
+        judge.late(second, 0.01)
         judge.settle(second)
     assert len(judge._history) < 10
+    assert len(judge._late) < 10
     assert violated(judge) == set()
 
 

@@ -3,7 +3,8 @@
 Messages of different topics reach a listener in no certain order, and a command that was right
 when it was sent may arrive after the news that makes it wrong. So a command that arrives at time t
 counts as right if there was a moment between t - tolerance and t + tolerance at which it was
-allowed; it is judged when that time has passed.
+allowed; it is judged when that time has passed. On a busy machine messages wait for longer: how late
+the observer itself was about that time is added to the tolerance.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ CLEAR = 0.35
 
 SILENCE = 0.5
 """Seconds without a measurement after which nobody knows what stands in front."""
+
+ABOUT = 1.0
+"""Seconds before and after a command in which it counts how late the observer was, and up to which."""
 
 RULES = {
     "move needs a free way": "moved although something stands in front",
@@ -65,6 +69,9 @@ class Judge:
     violations: dict[str, int] = field(default_factory=lambda: dict.fromkeys(RULES, 0))
     first: dict[str, float] = field(default_factory=dict)
     commands: int = 0
+    latest: float = 0.0
+    """How many seconds late the observer was at worst."""
+    _late: deque[tuple[float, float]] = field(default_factory=deque)
     _history: deque[tuple[float, Moment]] = field(default_factory=lambda: deque([(0.0, Moment())]))
     _open: deque[_Open] = field(default_factory=deque)
     _light: bool | None = None
@@ -109,6 +116,11 @@ class Judge:
             self._violate(now, "light is switched to change it")
         self._light = on
 
+    def late(self, now: float, seconds: float) -> None:
+        """What the observer does now it should have done so much earlier."""
+        self.latest = max(self.latest, seconds)
+        self._late.append((now, seconds))
+
     def bump(self, now: float) -> None:
         self._violate(now, "nothing is touched")
 
@@ -117,20 +129,25 @@ class Judge:
     def settle(self, now: float) -> None:
         """Judge the commands whose time has come; forget what no open command needs any more."""
         self._notice_silence(now)
-        while self._open and self._open[0].time + self.tolerance < now:
+        longest = self.tolerance + ABOUT
+        while self._open and self._open[0].time + longest < now:
             case = self._open.popleft()
             if not any(case.allowed(moment) for moment in self._around(case.time)):
                 self._violate(case.time, case.rule)
-        oldest = (self._open[0].time if self._open else now) - self.tolerance
+        oldest = (self._open[0].time if self._open else now) - longest
         while len(self._history) > 1 and self._history[1][0] < oldest:
             self._history.popleft()
+        while self._late and self._late[0][0] < oldest:
+            self._late.popleft()
 
     def _around(self, time: float) -> Iterator[Moment]:
         """All moments that lasted at some time within the tolerance around a time."""
+        late = [seconds for at, seconds in self._late if abs(at - time) <= ABOUT]
+        tolerance = self.tolerance + min(ABOUT, max(late, default=0.0))
         starts = [start for start, _ in self._history]
         ends = [*starts[1:], float("inf")]
         for (start, moment), end in zip(self._history, ends, strict=True):
-            if end >= time - self.tolerance and start <= time + self.tolerance:
+            if end >= time - tolerance and start <= time + tolerance:
                 yield moment
 
     def _note(self, now: float, **changes: bool) -> None:

@@ -59,6 +59,7 @@ class Observed:
             **self.counts,
             "commands_judged": self.judge.commands,
             "tolerance": self.judge.tolerance,
+            "late": round(self.judge.latest, 3),
             "violations": self.judge.violations,
         }
         whole = {
