@@ -3,8 +3,8 @@
 Messages of different topics reach a listener in no certain order, and a command that was right
 when it was sent may arrive after the news that makes it wrong. So a command that arrives at time t
 counts as right if there was a moment between t - tolerance and t + tolerance at which it was
-allowed; it is judged when that time has passed. On a busy machine messages wait for longer: how late
-the observer itself was about that time is added to the tolerance.
+allowed; it is judged when that time has passed. On a busy machine messages wait for longer: how
+late the observer itself was about that time is added to the tolerance.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ SILENCE = 0.5
 """Seconds without a measurement after which nobody knows what stands in front."""
 
 ABOUT = 1.0
-"""Seconds before and after a command in which it counts how late the observer was, and up to which."""
+"""Seconds before and after a command in which it counts how late the observer was; and at most so
+many count."""
 
 RULES = {
     "move needs a free way": "moved although something stands in front",
