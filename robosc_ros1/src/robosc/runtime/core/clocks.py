@@ -94,7 +94,7 @@ class Clocks:
         """How often the port's clock stepped back."""
         self._last = self._since = BEFORE_TIME  # the port's time, and when it stepped back last
         self._shift = 0.0  # what the port's clock lost by steps back
-        self._broken = -inf  # the time of the clocks when the port's was another one or stepped back
+        self._broken = -inf  # the clocks' time when the port's was another or stepped back
         self._seen = self._last  # the port's time at the last look
         self._looked = self._moved = 0.0  # the times of the machine of that look, and of its change
 
