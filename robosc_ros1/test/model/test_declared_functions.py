@@ -66,6 +66,19 @@ SAME = [
     ("DATA", "scaled(Laser.front)", "Laser.front * gain + low"),
 ]
 
+COPIES = """
+    component Gauge[1..2] {
+        function scaled(x: double, y: double): double = x * index + y
+        incoming message go with identifier: "/go{index}", type: double
+        behaviour { variable d: double initial marked state s { on request to go do d := value } }
+    }
+    stop with nothing
+    for i in 1..2 {
+        requirement Gauge[i].go needs NEEDS
+        provide Gauge[i].go with DATA
+    }
+"""
+
 
 def model(functions: str = "", **parts: str) -> str:
     text = ROBOT.replace("FUNCTIONS", functions)
@@ -90,6 +103,40 @@ def test_a_call_is_its_body_with_the_arguments(place: str, call: str, written_ou
     called = resolve(model(FUNCTIONS, **{place: call}))
     expected = resolve(model(**{place: written_out}))
     assert meant(called) == meant(expected)
+
+
+@pytest.mark.parametrize(
+    ("call", "written_out"),
+    [
+        ("Gauge[1].scaled(2, 3)", "2.0 * 1 + 3.0"),
+        ("Gauge[i].scaled(Gauge[i].d, 1)", "Gauge[i].d * i + 1.0"),
+        ("1 + Gauge[i + 1 - 1].scaled(2, 3)", "1 + (2.0 * i + 3.0)"),
+        ("Gauge[2].scaled(2, Gauge[1].scaled(3, 4))", "2.0 * 2 + (3.0 * 1 + 4.0)"),
+        ("sum(g.scaled(2, 1) for g in Gauge)", "(2.0 * 1 + 1.0) + (2.0 * 2 + 1.0)"),
+    ],
+)
+def test_a_copy_has_its_own_function(call: str, written_out: str) -> None:
+    def robot(data: str) -> tuple[object, ...]:
+        return meant(resolve(COPIES.replace("NEEDS", f"{data} > 4").replace("DATA", data)))
+
+    assert robot(call) == robot(written_out)
+
+
+@pytest.mark.parametrize(
+    ("call", "code", "marked"),
+    [
+        ("Gauge[3].scaled(1, 2)", "bad-index", "Gauge[3].scaled"),
+        ("Gauge[Gauge[1].d].scaled(1, 2)", "bad-index", "Gauge[1].d"),
+        ("Gauge[1].skaled(1, 2)", "unknown-name", "Gauge[1].skaled"),
+        ("Gauge[1].d.scaled(1, 2)", "unknown-name", "Gauge[1].d.scaled"),
+        ("Gauge[1][2].scaled(1, 2)", "unknown-name", "Gauge[1][2].scaled"),
+        ("Gauge[1].scaled(1)", "type-mismatch", "Gauge[1].scaled(1)"),
+        ("[1.0][0].scaled(1, 2)", "syntax", "("),
+    ],
+)
+def test_wrong_calls_of_copies(call: str, code: str, marked: str) -> None:
+    text = COPIES.replace("NEEDS", "true").replace("DATA", f"0.5 + {call}")
+    assert (code, marked) in faults(text)
 
 
 @pytest.mark.parametrize(

@@ -265,6 +265,20 @@ def test_json_of_an_execution_has_the_clock(typed) -> None:
     assert found[2]["commands"][0]["count"] == 2
 
 
+def test_json_of_an_execution_has_the_reasons_of_errors(typed) -> None:
+    """Also of those that the model does not read, and that come by the clock alone."""
+    found = documents(typed('"set_light_state.error"\n"wait 6"\n', "--json", "--execute"))
+    told = [
+        (h["detail"], h.get("reason"))
+        for answer in found
+        for h in answer["happened"]
+        if h["event"]["kind"] == "error"
+    ]
+    assert told == [("simulated", "failed"), ("no answer in time", "timeout")]
+    for answer in found:
+        validate(answer, "simulate")
+
+
 def test_a_failed_expectation_is_an_answer_and_an_exit_code(typed, simulate) -> None:
     done = typed('"expect Motor.stopped"\n"expect Motor.moving"\n', "--json")
     assert done.returncode == 1

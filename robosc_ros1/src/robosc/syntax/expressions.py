@@ -25,6 +25,7 @@ _OPERAND = tokens.pattern(
     " | NUMBER | STRING | true | false"
 )
 _CALLED = tokens.pattern("(?! true | false | and | or ) QUALIFIED '('")
+_MEMBER = tokens.pattern("'.' WORD '('")
 _PARTS = tokens.pattern("(?: '.' WORD | '[' INTEGER ']' )+")
 _IN = tokens.pattern("in '{'")
 _ELSE_WITH = tokens.pattern("else with")  # of a provide statement
@@ -35,20 +36,21 @@ _FOREIGN = {tokens.kind_of(symbol): symbol for symbol in tokens.FOREIGN}
 _IF, _FOR_WORD = frozenset(tokens.kinds_of("if")), frozenset(tokens.kinds_of("for"))
 
 _CLOSING = {
-    "group": ")", "call": ")", "arguments": ")", "over": ")", "filter": ")",
+    "group": ")", "call": ")", "called": ")", "arguments": ")", "over": ")", "filter": ")",
     "index": "]", "slice": "]", "array": "]", "elements": "]", "made": "]", "chosen": "]",
     "set": "}",
 }  # fmt: skip
 """The closing character of each kind of bracket.
 
-A call with a comma becomes ``arguments``, one with ``for`` becomes ``over`` (an aggregate), and
-``filter`` behind the aggregate's ``if``. An array becomes ``elements``, ``made`` and ``chosen``.
+``called`` is a call of what stands before it, a function of an indexed component. A call with a
+comma becomes ``arguments``, one with ``for`` becomes ``over`` (an aggregate), and ``filter`` behind
+the aggregate's ``if``. An array becomes ``elements``, ``made`` and ``chosen``.
 """
-_WITH_COMMA = {"call": "arguments", "array": "elements"}
+_WITH_COMMA = {"call": "arguments", "called": "arguments", "array": "elements"}
 _WITH_FOR = {"call": "over", "array": "made"}
 _WITH_IF = {"over": "filter", "made": "chosen"}
 _OPENING = {")": "(", "]": "[", "}": "{"}
-_LISTS = ("call", "arguments", "array", "elements", "set")
+_LISTS = ("call", "called", "arguments", "array", "elements", "set")
 
 
 class Expression(Empty):
@@ -115,7 +117,7 @@ class _Scanner:
             raise Stop(self.kinds, at, operands.nested_too_deep(), code="too-deep", hint="split it")
         self.brackets.append((what, end - 1))
         self.steps.append(("open", at, end, what))
-        if what in ("call", "array") and self.kinds[end : end + 1] == _CLOSING[what]:
+        if what in ("call", "called", "array") and self.kinds[end : end + 1] == _CLOSING[what]:
             self._close(end)
             return end + 1, ""
         if what == "index":
@@ -150,6 +152,8 @@ class _Scanner:
                 continue
             if kind == "[" and self._has_elements():
                 return self._open("index", at, at + 1)
+            if kind == "(" and _MEMBER.match(kinds, at - 2) and self._has_elements():
+                return self._open("called", at, at + 1)
             if match := _IN.match(kinds, at):
                 return self._open("set", at, match.end())
             if what and (found := self._inside(what, at)):

@@ -95,7 +95,7 @@ class _Builder:
         base = None
         if what == "set":
             self._reduce(BINARY["="].level)
-        if what in ("set", "index"):
+        if what in ("set", "index", "called"):
             base = self._finished(self.operands.pop())
             start = base.start
         self.brackets.append(_Bracket(what, start, end, base, len(self.operands)))
@@ -240,6 +240,18 @@ def _is_bracketed(left: _Operand, symbol: str) -> bool:
     return symbol == "=>" or BINARY[left.node.operator].level != BINARY[symbol].level
 
 
+def _member(node: nodes.ExprNode, at: int) -> nodes.Access:
+    """The name ``Station[i-1].limit`` of a function; Fault at the token where it is none."""
+    match node:
+        case nodes.Access():
+            return node
+        case nodes.MemberNode(
+            object=nodes.ElementNode(array=nodes.Access(root, ()), index=index), path=path
+        ):
+            return nodes.Access(root, path, index, span=node.span)
+    raise Fault(at, "a function has a name: NAME(…), COMPONENT.NAME(…) or COMPONENT[i].NAME(…)")
+
+
 def _bracketed(reading: ParseState, bracket: _Bracket, span: source.Span) -> nodes.ExprNode:
     """The node of a bracket other than a parenthesis."""
     operands = tuple(cast(nodes.ExprNode, part.node) for part in bracket.parts)
@@ -257,6 +269,8 @@ def _bracketed(reading: ParseState, bracket: _Bracket, span: source.Span) -> nod
     if bracket.what == "array":
         return nodes.ArrayNode(operands, span=span)
     assert base is not None
+    if bracket.what == "called":
+        return nodes.CallNode(_member(base, bracket.end - 1), operands, span=span)
     if bracket.what == "set":
         return nodes.InNode(base, operands, span=span)
     if len(operands) == 1:

@@ -230,6 +230,7 @@ def difference(
         UsageError: as :func:`write`.
     """
     target = folder / package.name if location is None else location
+    _demand_folders(target)
     present = target.resolve()
     plan = _plan(package, target, present, force)
     wanted = {path: file.content for path, file in plan.fresh.items()}
@@ -280,7 +281,16 @@ class _Change:
     gone: frozenset[str]
 
 
+def _demand_folders(target: Path) -> None:
+    for parent in target.parents:
+        if (parent.exists() or parent.is_symlink()) and not parent.is_dir():
+            raise errors.UsageError(
+                f"{parent} is no folder: name the one that is to get the package {target.name}"
+            )
+
+
 def _write(package: Package, target: Path, force: bool) -> Written:
+    _demand_folders(target)
     if target.is_symlink() and not target.exists():
         raise errors.UsageError(f"{target} is a dangling link")
     folder = target.resolve()

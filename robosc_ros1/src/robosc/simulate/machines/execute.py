@@ -345,7 +345,7 @@ class Execution:
     def _happening(self, entry: recorder.Entry) -> machine.Happening:
         decided = self.plant.robot.decides(entry.kind, entry.name)
         told = (entry.kind, entry.name, entry.value, entry.tau, entry.outcome, entry.detail)
-        return machine.Happening(*told, entry.time, decided)
+        return machine.Happening(*told, entry.time, decided, reason=entry.reason)
 
     def path(self, condition: tree.Expr) -> list[tuple[Event, Given]] | None:
         raise InvalidLine("goto is for single events: here the controller decides where it goes")

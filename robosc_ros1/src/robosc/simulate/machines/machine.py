@@ -121,7 +121,8 @@ class Happening:
 
     ``controllable``: the controller decided on it. ``time`` is that of the virtual clock, in
     seconds; None where there is none. ``judged`` is what a supervisor says of it: ``blocked_by``
-    and ``corrected`` as docs/schemas has them.
+    and ``corrected`` as docs/schemas has them. ``reason`` is what models call the reason of an
+    error.
     """
 
     kind: str
@@ -133,6 +134,7 @@ class Happening:
     time: float | None = None
     controllable: bool = False
     judged: Mapping[str, Any] | None = field(default=None, compare=False)
+    reason: str | None = None
 
     @property
     def is_command(self) -> bool:
@@ -147,6 +149,8 @@ class Happening:
         found: dict[str, Any] = {"event": event, "outcome": self.outcome, "detail": self.detail}
         if self.time is not None:
             found["time"] = round(self.time, 6)
+        if self.reason is not None:
+            found["reason"] = self.reason
         return found
 
 
