@@ -372,13 +372,42 @@ def test_names_inside_an_automaton_hide_none_outside() -> None:
 @pytest.mark.parametrize("chunk", range(4))
 def test_random_robots(chunk: int) -> None:
     for seed in range(500 + 25 * chunk, 500 + 25 * (chunk + 1)):
-        lines = random_model(random.Random(seed), 1 + seed % 2).split("\n")
+        kinds = {"served": seed % 3 == 0, "assumes": seed % 2 == 0}
+        lines = random_model(random.Random(seed), 1 + seed % 2, **kinds).split("\n")
         # CIF has no such requirements.
         text = "\n".join(line for line in lines if "requirement possible" not in line)
         try:
             check(robot_of(text))
         except Exception as error:
             raise AssertionError(f"seed {seed}\n{text}") from error
+
+
+@pytest.mark.parametrize(
+    "assumed",
+    ["count needs C.n + value <= 2", "count needs C.n + value <= 3", "count needs value > 2", ""],
+)
+def test_what_is_assumed_away_leaves_no_range(assumed: str) -> None:
+    """A request was forbidden wherever a response could leave the range without the assumption."""
+    assumption = f"assume {assumed}" if assumed else ""
+    check(
+        robot_of(
+            f"""robot R {{
+                interface link use Work from some_package
+                component C {{
+                    service count with request: none, response: integer(0..2) links link
+                    behaviour {{
+                        variable n: integer(0..2)
+                        initial marked state idle {{ on request to count goto asking }}
+                        state asking {{
+                            on response from count do n := n + value goto idle
+                            on error from count do n := 0 goto idle
+                        }}
+                    }}
+                }}
+                {assumption}
+            }}"""
+        )
+    )
 
 
 ERRANDS = """

@@ -384,14 +384,9 @@ class _Writer:
 
     def _overflows(self, occurrence: CifEvent, automaton: LocalAutomaton) -> Iterator[str]:
         places = self.plant.variables[automaton.variable].values
-        here = []
-        phase = acceptance.phase_of(occurrence.event)
-        if phase is not None:
-            values = self.plant.variables[phase.variable].values
-            if len(phase.sources) < len(values):
-                names = [str(values[source]) for source in phase.sources]
-                there = [f"{self.scope.phase(occurrence.event.key)}.{name}" for name in names]
-                here = there if len(there) == 1 else [f"({' or '.join(there)})"]
+        here = self._open(occurrence)
+        if here is None:
+            return
         for location, place in enumerate(places):
             for edge, guard, before in self._ways(occurrence, automaton, location):
                 parts = [condition(self.scope, StateRef(automaton.component, str(place))), *here]
@@ -402,6 +397,28 @@ class _Writer:
                     inside = in_range(self.scope, target, expr)
                     if inside:
                         yield f"requirement invariant {where} => {' and '.join(inside)};"
+
+    def _open(self, occurrence: CifEvent) -> list[str] | None:
+        """Conditions of the phase of an event and of what is assumed of it; None: it never is."""
+        event = occurrence.event
+        conditions: list[str] = []
+        gates = [(gate.variable, gate.edges) for gate in acceptance.gates_of(event)]
+        ways = [(n, [(e.source, holds(e.guard, occurrence.values)) for e in es]) for n, es in gates]
+        if event.phase is not None:
+            ways.append((event.phase.variable, [(n, TRUE) for n in event.phase.sources]))
+        for index, sources in ways:
+            values, cases = self.plant.variables[index].values, []
+            for guard in dict.fromkeys(guard for _, guard in sources if guard != FALSE):
+                places = [str(values[n]) for n, other in sources if other == guard]
+                found = []
+                if len(places) < len(values):
+                    found.append(_any([f"{self.scope.phase(event.key)}.{p}" for p in places]))
+                found += [] if guard == TRUE else [condition(self.scope, guard, 3)]
+                cases.append(" and ".join(found))
+            if not cases:
+                return None
+            conditions += [_any(cases)] if all(cases) else []
+        return conditions
 
     # --- supervisor --------------------------------------------------------------------------
 
@@ -414,6 +431,10 @@ class _Writer:
         ]
         name = self.scope.fresh("Supervisor")
         self._automaton(f"supervisor automaton {name}", {"": [*_ALWAYS, *edges]})
+
+
+def _any(conditions: Sequence[str]) -> str:
+    return conditions[0] if len(conditions) == 1 else f"({' or '.join(conditions)})"
 
 
 _ALWAYS = ("initial;", "marked;")
