@@ -128,6 +128,34 @@ def test_freshness_takes_two_edits(tmp_path: Path) -> None:
     assert not open_text(Workspace(), file, mended).diagnostics
 
 
+def test_freshness_of_one_of_several(tmp_path: Path) -> None:
+    """Each edit names a copy where several have the message."""
+    text = (
+        "robot R {\n"
+        "    component Eye[1..2] {\n"
+        '        outgoing message shut with identifier: "/shut{index}", type: boolean\n'
+        "        behaviour { initial marked state on { on response from shut if value goto off }\n"
+        "            marked state off { on response from shut if !value goto on } }\n"
+        "    }\n"
+        "    component Base { incoming message go with type: none }\n"
+        "    requirement go needs all(e.on for e in Eye)\n"
+        "    stop with nothing\n"
+        "}\n"
+    )
+    analysis = open_text(Workspace(), tmp_path / "model.rscd", text)
+    (diagnostic,) = (d for d in analysis.diagnostics if d.code == "stale-event")
+    (action,) = actions_for(analysis, diagnostic)
+    assert action.title == "Add a timeout and 'requirement go needs Eye[1].shut.fresh'"
+    mended = applied(analysis.source, list(action.edits))
+    assert not open_text(Workspace(), tmp_path / "model.rscd", mended).diagnostics
+    unused = mended.replace("    requirement go needs Eye[1].shut.fresh\n", "")
+    (diagnostic,) = open_text(Workspace(), tmp_path / "model.rscd", unused).diagnostics
+    assert str(diagnostic.hint) == (
+        "add 'requirement COMMAND needs Eye[1].shut.fresh', or react to it:"
+        " 'on timeout from shut goto STATE'"
+    )
+
+
 def test_a_message_that_is_to_be_fresh_takes_a_timeout(tmp_path: Path) -> None:
     file = tmp_path / "model.rscd"
     text = (

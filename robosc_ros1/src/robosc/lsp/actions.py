@@ -12,6 +12,7 @@ from robosc import dotted, errors, remedies
 from robosc.lazy_dataclasses import dataclass
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.ros_definitions import fits
+from robosc.names import Copy
 from robosc.source import Source, Span
 from robosc.syntax import nodes
 
@@ -98,10 +99,12 @@ class _Place:
     def message(self, name: str) -> nodes.MessageNode | None:
         """The only message of that name, or ``Component.name``."""
         component, bare = dotted.around(name), dotted.last(name)
+        one = Copy.of(component)
+        declared = component if one is None else one.family
         found = [
             item
             for owner in self.components
-            if component in ("", owner.name.text)
+            if declared in ("", owner.name.text)
             for item in owner.items
             if isinstance(item, nodes.MessageNode) and item.name.text == bare
         ]

@@ -179,6 +179,11 @@ class Component:
     span: Span = automata.span_field()
 
     @property
+    def declared(self) -> str:
+        """Its name where it is declared: each of several of a kind is there under that of all."""
+        return self.name if self.copy is None else self.copy.family
+
+    @property
     def variables(self) -> tuple[automata.Variable, ...]:
         return self.behaviour.variables
 

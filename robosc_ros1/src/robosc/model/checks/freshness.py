@@ -62,6 +62,7 @@ def check_stale_events(robot: Robot, told: Mapping[str, set[str]], report: Repor
     ``told`` are the commands of which ``stale-data`` tells, by the key of the message.
     """
     conditions = _conditions(robot)
+    reported = set()  # copies of a message are reported once, if it is of the same commands
     for message in robot.communications.values():
         if message.kind is not events.Kind.OUTGOING or message.timeout is not None:
             continue
@@ -73,12 +74,14 @@ def check_stale_events(robot: Robot, told: Mapping[str, set[str]], report: Repor
             and key not in told.get(message.key, ())
             and any(_may_fail(robot, expr, holds, effect) for expr, holds in wanted)
         ]
-        if commands:
-            names = [robot.display_names[key] for key in commands]
-            report.add("stale-event", message.span, *_event_texts(message.name, names))
+        names = tuple(robot.display_names[key] for key in commands)
+        if names and (message.span, names) not in reported:
+            reported.add((message.span, names))
+            name = robot.display_names[message.key]
+            report.add("stale-event", message.span, *_event_texts(name, names))
 
 
-def _event_texts(message: str, commands: list[str]) -> tuple[str, remedies.Remedy]:
+def _event_texts(message: str, commands: Sequence[str]) -> tuple[str, remedies.Remedy]:
     first, *others = commands
     go, them = ("go", "them") if others else ("goes", "it")
     return (

@@ -11,7 +11,7 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.declarations.state_variables import all_expressions
 from robosc.model.declarations.type_declarations import TypeDeclarations
 from robosc.model.diagnostics import Report
-from robosc.model.entities import Component, Robot
+from robosc.model.entities import Robot
 from robosc.model.names.scope import FileScope
 from robosc.model.names.tables import CommunicationInfo, ComponentTable
 from robosc.model.names.value_scope import ValueScope
@@ -124,7 +124,7 @@ def check_unused(
     expressions = list(all_expressions(robot))
     _check_values(scope, values, component_table, report)
     _check_variables(component_table, expressions, report)
-    _check_timeouts(robot.components, expressions, report)
+    _check_timeouts(robot, expressions, report)
     _check_enum_values(scope, expressions, type_declarations, report)
 
 
@@ -179,20 +179,18 @@ def _check_variables(
                 )
 
 
-def _check_timeouts(
-    components: Iterable[Component], expressions: Iterable[tree.Expr], report: Report
-) -> None:
+def _check_timeouts(robot: Robot, expressions: Iterable[tree.Expr], report: Report) -> None:
     """Report timeouts of messages that nothing reacts to; those of services are deadlines."""
     noticed = {
         transition.communication
-        for component in components
+        for component in robot.components
         for transition in component.transitions
         if transition.event is EventKind.TIMEOUT
     }
     noticed |= {p.communication for p in walk_all(expressions) if isinstance(p, tree.PhaseRef)}
     timed = [
         c
-        for component in components
+        for component in robot.components
         for c in component.communications
         if component.library is None and c.kind is Kind.OUTGOING and c.timeout is not None
     ]
@@ -201,12 +199,13 @@ def _check_timeouts(
     for message in timed:
         assert message.timeout is not None
         if message.span not in noticed_at and message.timeout.span is not None:
+            noticed_at.add(message.span)
             report.add(
                 "unused-timeout",
                 message.timeout.span,
                 f"nothing reacts when '{message.name}' falls silent",
-                f"add 'requirement COMMAND needs {message.name}.fresh', or react to it:"
-                f" 'on timeout from {message.name} goto STATE'",
+                f"add 'requirement COMMAND needs {robot.display_names[message.key]}.fresh', or"
+                f" react to it: 'on timeout from {message.name} goto STATE'",
             )
 
 

@@ -12,7 +12,7 @@ from robosc.expr.traversal import walk
 from robosc.expr.tree import Expr, StateRef
 from robosc.language.events import EventKind
 from robosc.lazy_dataclasses import dataclass
-from robosc.model.entities import Requirement
+from robosc.model.entities import Component, Requirement
 from robosc.plant.automaton import Edge, Event, Plant, VariableKind
 from robosc.plant.logic import conjunction
 from robosc.plant.partial_evaluation import holds
@@ -123,8 +123,8 @@ def _of_phase(plant: Plant, key: str) -> Cause:
 
 
 def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> Hint | None:
-    name = plant.variables[variable].name
-    here = location_name(plant, variable, place)
+    component = plant.robot.component(plant.variables[variable].name)
+    name, here = component.declared, location_name(plant, variable, place)
     back = plant.variables[variable].initial
     for step in reversed(steps):
         event = step.event
@@ -140,8 +140,8 @@ def _remedy(plant: Plant, steps: Sequence[Step], variable: int, place: int) -> H
         if origin is not None and _leaving_by(plant, event.key, variable, place):
             target = location_name(plant, variable, origin)
             direction = "to" if event.kind.to_component else "from"
-            happens = f"on {event.kind.word} {direction} {event.name}"
-            own = plant.robot.component(name).states[place].on_communications
+            happens = f"on {event.kind.word} {direction} {written(plant, event, component)}"
+            own = component.states[place].on_communications
             has_own = any(t.event is event.kind and t.communication == event.key for t in own)
             always = any(edge.guard is None for edge in edges)
             if always and any(edge.target != place for edge in edges):
@@ -237,11 +237,19 @@ def _unmet(plant: Plant, values: Sequence[frozenset[int]], event: Event) -> Sequ
     return drop(found, found, without) if found and never_met(found) else []
 
 
+def written(plant: Plant, event: Event, component: Component) -> str:
+    """Return the name that the communication of an event has where a component is declared."""
+    communication = plant.robot.communications.get(event.key)
+    if communication is None or communication.component != component.name:
+        return event.name
+    return communication.name
+
+
 def _by_error(
     plant: Plant, steps: Sequence[Step], variable: int, places: Sequence[int]
 ) -> str | None:
     """Return how a component may end, in some places, the call of the robot that was made last."""
-    component = plant.variables[variable].name
+    component = plant.robot.component(plant.variables[variable].name)
     for event in (step.event for step in reversed(steps)):
         if event.kind not in (EventKind.CALL, EventKind.RECALL):
             continue
@@ -251,8 +259,9 @@ def _by_error(
             here = ("state " if len(names) == 1 else "states ") + listing(names)
             target = location_name(plant, variable, origin)
             return (
-                f"add 'on error to {event.name} if … goto {target}' in {here} of {component}:"
-                " no requirement restricts an error, and it is sent wherever it is possible"
+                f"add 'on error to {written(plant, event, component)} if … goto {target}' in {here}"
+                f" of {component.declared}: no requirement restricts an error, and it is sent"
+                " wherever it is possible"
             )
     return None
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from robosc import dotted
 from robosc.expr.evaluation import evaluate
 from robosc.expr.tree import Binary, Expr, Literal, VariableRef
 from robosc.expr.types import BooleanType, Value
@@ -11,7 +14,7 @@ from robosc.plant.step import lookup, taken_edge
 from robosc.runtime.core.values import Undefined
 from robosc.supervisor import Step
 from robosc.synthesis.controlled_system import location_name
-from robosc.synthesis.explain.blocking import Cause
+from robosc.synthesis.explain.blocking import Cause, written
 
 
 def why_out_of_range(plant: Plant, step: Step, state: PlantState) -> Cause:
@@ -42,22 +45,26 @@ def _cause(
 ) -> Cause:
     name, values = plant.variables[variable].name, plant.variables[variable].values
     reason = f"{name} leaves its range {values[0]}..{values[-1]} (it becomes {value})"
-    guard = _preventing(plant, variable, expr)
-    widen = f"widen the range of {name}"
+    component = plant.robot.component(automaton.component)
+    widen = f"widen the range of {component.declared}.{dotted.inside(name)}"
+    guard = _preventing(plant, variable, component.declared, expr)
     if guard is None:
         return Cause(reason, widen, edge.span)
-    condition = to_dsl(guard, plant.robot)
     event = step.event
+    happens = f"on {event.kind.word} from {written(plant, event, component)}"
+    if event.kind.of_component:
+        happens = f"{event.kind.word} …"
     where = (
-        f"'on {event.kind.word} from {event.name}' in state"
-        f" {location_name(plant, automaton.variable, edge.source)} of {automaton.component}"
+        f"'{happens}' in state"
+        f" {location_name(plant, automaton.variable, edge.source)} of {component.declared}"
     )
-    remedy = f"add 'if {condition}' to {where}, or {widen}"
+    remedy = f"add 'if {to_dsl(guard, plant.robot)}' to {where}, or {widen}"
     return Cause(reason, remedy, edge.span)
 
 
-def _preventing(plant: Plant, index: int, expr: Expr) -> Expr | None:
-    """Return a guard that keeps ``x := x + c`` or ``x := x - c`` in range, if there is one."""
+def _preventing(plant: Plant, index: int, declared: str, expr: Expr) -> Expr | None:
+    """Return a guard that keeps ``x := x + c`` or ``x := x - c`` in range, if there is one, as it
+    may stand where the component is declared."""
     values = plant.variables[index].values
     match expr:
         case Binary(
@@ -70,5 +77,6 @@ def _preventing(plant: Plant, index: int, expr: Expr) -> Expr | None:
                 return None  # no value is far enough from the end: such a guard never holds
             comparison = "<=" if shift >= 0 else ">="
             literal = Literal(bound, variable.type)
-            return Binary(comparison, variable, literal, BooleanType())
+            own = replace(variable, component=declared)
+            return Binary(comparison, own, literal, BooleanType())
     return None
