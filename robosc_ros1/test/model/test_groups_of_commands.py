@@ -6,6 +6,8 @@ import pytest
 from model.model_text import behaviour_of, faults, resolve
 
 from robosc.language.events import EventKind
+from robosc.model.resolve import load
+from robosc.model.ros.definitions import MessageDefinitions
 from robosc.source import Source
 from robosc.syntax.formatting.format import format_text
 
@@ -171,3 +173,33 @@ def test_a_name_of_both_is_the_communication() -> None:
 )
 def test_faults_of_groups(statement: str, fault: tuple[str, str]) -> None:
     assert fault in faults(f"{ROBOT} {statement}")
+
+
+def test_a_cycle_is_told_in_names_that_can_be_written() -> None:
+    """Those of copies and of answers, which have no name of their own alone."""
+    _, found = load(
+        Source(
+            "model.rscd",
+            """robot R {
+                interface link use Work from some_package
+                component Arm[1..2] {
+                    incoming message lift with identifier: "/lift{index}", type: none
+                }
+                component Desk {
+                    outgoing service task with request: none, response: none links link
+                    behaviour {
+                        initial marked state a { on request from task goto b }
+                        state b { on response to task goto a }
+                    }
+                }
+                prefer Arm[1].lift over Arm[2].lift
+                prefer Arm[2].lift over task
+                prefer task over Arm[1].lift
+            }""",
+        ),
+        definitions=MessageDefinitions(),
+    )
+    (cycle,) = (d.message for d in found if d.code == "preference-cycle")
+    told = cycle.removeprefix("each of these is preferred to the next: ").split(" over ")
+    assert told[0] == told[-1]
+    assert set(told) == {"Arm[1].lift", "Arm[2].lift", "task"}

@@ -431,7 +431,7 @@ class FileResolver:
             conditions=conditions_over(self.types, self.component_table),
             span=node.name.span,
         )
-        check_preferences(robot.preferences, self._report)
+        check_preferences(robot, self._report)
         # Who imports a library may provide the data of its commands.
         if node.kind == "library":
             return robot

@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import TypeAlias, TypeVar
 
-from robosc import dotted, errors, source
+from robosc import errors, source
 from robosc.expr.identity_cache import IdentityCache
 from robosc.expr.quantified import chain
 from robosc.expr.tree import Expr
@@ -317,17 +317,17 @@ _STOPS = "name an incoming message, such as the velocity of a base"
 _CANNOT_PROVIDE = "the robot sends its data, not the controller"
 
 
-def check_preferences(preferences: Sequence[entities.Preference], report: Report) -> None:
+def check_preferences(robot: entities.Robot, report: Report) -> None:
     """Report a cycle of commands of which each is preferred to the next."""
     below: dict[str, dict[str, source.Span]] = {}
-    for preference in preferences:
+    for preference in robot.preferences:
         for first, second in product(preference.preferred, preference.over):
             below.setdefault(first, {}).setdefault(second, preference.span)
     try:
         TopologicalSorter(below).prepare()
     except CycleError as error:
         *_, before, last = cycle = error.args[1][::-1]
-        names = " over ".join(dotted.last(key) for key in cycle)
+        names = " over ".join(robot.display_names[key] for key in cycle)
         report.add(
             "preference-cycle",
             below[before][last],
