@@ -465,3 +465,70 @@ def test_what_only_looks_like_a_keyword_is_not_explained() -> None:
     marked[2] += 2
     assert [keyword_hover(source, offset) for offset in marked] == [None] * 4
     assert keyword_hover(source, len(source.text)) is not None
+
+
+CALLED = """library Lib {
+    function half(x: double): double = x / 2
+    datatype enum Way from double to { value > 1 -> free default -> blocked }
+    component Wheel {
+        function spin(x: double): double = x
+        incoming message turn with type: double
+    }
+}
+"""
+CALLS = """robot R {
+    component Front from Lib import Wheel with prefix: "/f"
+    component Gauge[1..2] {
+        function twice(x: double): double = 2 * x + index
+        incoming message say with identifier: "/say{index}", type: double
+    }
+    component Laser {
+        function usable(x: double): double = x
+        outgoing message scan with timeout: 1 s, type: double
+        incoming message go with type: double
+        behaviour {
+            variable d: double
+            variable w: Lib.Way
+            initial marked state s { on response from scan do d := value, w := Lib.Way(value) }
+        }
+    }
+    requirement go needs scan.fresh and Laser.usable(Laser.d) > 1 and Laser.w = Lib.Way.free
+    provide go with Laser.usable(1) + Gauge[2].twice(3) + Lib.half(2) + Front.spin(2)
+    for i in 1..2 { provide Gauge[i].say with Gauge[i].twice(Laser.usable(2)) }
+    stop with nothing
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "name", "uses"),
+    [
+        ("robot.rscd", "Front", 2),
+        ("robot.rscd", "Gauge", 4),
+        ("robot.rscd", "twice", 3),
+        ("robot.rscd", "Laser", 6),
+        ("robot.rscd", "usable", 4),
+        ("Lib.rscd", "Lib", 6),
+        ("Lib.rscd", "Way", 4),
+        ("Lib.rscd", "half", 2),
+        ("Lib.rscd", "spin", 2),
+    ],
+)
+def test_what_is_called_is_renamed_with_what_stands_before(
+    tmp_path: Path, file: str, name: str, uses: int
+) -> None:
+    texts = {"Lib.rscd": CALLED, "robot.rscd": CALLS}
+    workspace = Workspace(folders=[str(tmp_path)])
+    analyses = {}
+    for one, text in texts.items():
+        (tmp_path / one).write_text(text)
+        analyses[one] = open_text(workspace, tmp_path / one, text)
+    symbol = next(
+        o.symbol for o in analyses[file].index.occurrences if o.declaration and o.span.text == name
+    )
+    edits = rename(workspace, str(tmp_path / file), symbol, "other")
+    changed = {Path(f).name: applied(e[0].span.source, list(e)) for f, e in edits.items()}
+    word = re.compile(rf"\b{name}\b")
+    assert sum(map(len, edits.values())) == uses
+    for one, text in texts.items():
+        assert changed.get(one, text) == word.sub("other", text)

@@ -169,8 +169,12 @@ class KnownTypes:
                 if isinstance(enum, EnumType):
                     self.scope.used_datatypes.add(enum.name)
                     self.scope.names.use(function.root, self.scope.datatypes.get(enum.name))
-            case (Name(text=name),) if function.root.text in self.libraries:
-                enum = self.libraries[function.root.text].known(name)
+            case (Name(text=name) as called,) if function.root.text in self.libraries:
+                library = self.libraries[function.root.text]
+                enum = library.known(name)
+                if isinstance(enum, EnumType):
+                    self.scope.names.use(function.root, library.scope.node)
+                    self.scope.names.use(called, library.scope.datatypes.get(name))
             case _:
                 return None
         return enum if isinstance(enum, EnumType) else None

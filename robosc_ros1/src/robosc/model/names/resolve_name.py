@@ -104,7 +104,7 @@ class Meanings:
             case _:
                 return None
         if declared is not None:
-            self._types.scope.names.use(_last(access), declared[0], declared[1].owner)
+            self._use(access, declared[0], declared[1].owner)
         return declared
 
     def whole_of(self, access: Access) -> tuple[VariableRef | Literal | ParameterRef, int] | None:
@@ -157,14 +157,7 @@ class Meanings:
         """Record the meaning of a name for editors."""
         named = self._named.known(meaning)
         if named is not None:
-            node, owner_name = named
-            self._types.scope.names.use(_last(access), node, owner_name)
-            if access.path:
-                library = self._types.libraries.get(access.root.text)
-                owner_node = self._declaration(access.root.text)
-                if owner_node is None and library is not None:
-                    owner_node = library.scope.node
-                self._types.scope.names.use(access.root, owner_node)
+            self._use(access, *named)
             return
         if isinstance(meaning, Literal):
             if isinstance(meaning.type, EnumType):
@@ -190,6 +183,17 @@ class Meanings:
             last = access.path[0]
             names.use(access.root, info.instance.declaration)
         names.use(last, info.node, info.instance.name)
+
+    def _use(self, access: Access, node: Declaration, owner: str) -> None:
+        """Record the name of a declaration, and of the component or library that stands before."""
+        names = self._types.scope.names
+        names.use(_last(access), node, owner)
+        if access.path:
+            library = self._types.libraries.get(access.root.text)
+            owner_node = self._declaration(access.root.text)
+            if owner_node is None and library is not None:
+                owner_node = library.scope.node
+            names.use(access.root, owner_node)
 
     def _declaration(self, name: str) -> Declaration | None:
         """The component or datatype of a name, which may stand before a dot."""
