@@ -143,9 +143,12 @@ def test_demo_ends_as_shown(
     summary = {name: float(n) if "." in n else int(n) for name, n in found.groupdict().items()}
     monkeypatch.syspath_prepend(str(REPOSITORY / "examples" / "line_follower"))
     demo = runpy.run_path(str(REPOSITORY / "examples" / "line_follower" / "demo.py"))
-    demo["tell"]({**summary, "violations": {}}, REPOSITORY / ".cache" / "demo" / "path.png", 60.0)
+    summary |= {"violations": {}, "late": 0.02}
+    demo["tell"](summary, REPOSITORY / ".cache" / "demo" / "path.png", 60.0)
     *told, _time = capsys.readouterr().out.strip("\n").splitlines()
     assert told == block.splitlines()
+    demo["tell"](summary | {"late": 0.3}, REPOSITORY / ".cache" / "demo" / "path.png", 60.0)
+    assert "0.30 s more where the machine was late" in capsys.readouterr().out
 
 
 def test_the_session_with_a_generated_package_names_what_there_is(
