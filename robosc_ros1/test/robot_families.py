@@ -5,7 +5,7 @@ from __future__ import annotations
 from families import robot_text
 
 __all__ = [
-    "dining", "grid", "lift", "quotas", "riders", "ring", "served_copies", "track", "warehouse", "zones",
+    "dining", "grid", "halls", "lift", "quotas", "riders", "ring", "served_copies", "track", "warehouse", "zones",
     "zones_by_hand",
 ]  # fmt: skip
 
@@ -62,6 +62,55 @@ def dining(n: int) -> str:
     ]
     working = " and ".join(f"Robot{i}.works" for i in range(0, n, 2))
     return robot_text("Dining", [*parts, f"  requirement never {working}\n"])
+
+
+def halls(n: int, floors: int) -> str:
+    """n lifts with a call button on each floor; no two are open there, and none without a call."""
+    parts = []
+    for j in range(floors):
+        answered = "".join(
+            f"      on response from opened{i} if Lift{i}.floor = {j} goto off\n" for i in range(n)
+        )
+        parts.append(f"""  component Call{j} {{
+    outgoing message call{j} with type: none
+    behaviour {{
+      initial marked state off {{ on response from call{j} goto lit }}
+      state lit {{
+{answered}      }}
+    }}
+  }}
+""")
+    for i in range(n):
+        called = " or ".join(f"Call{j}.lit and Lift{i}.floor = {j}" for j in range(floors))
+        parts.append(f"""  component Lift{i} {{
+    incoming message up{i} with type: none
+    incoming message down{i} with type: none
+    incoming message open{i} with type: none
+    incoming message close{i} with type: none
+    outgoing message arrived{i} with type: none
+    outgoing message opened{i} with type: none
+    outgoing message closed{i} with type: none
+    behaviour {{
+      variable floor: integer(0..{floors - 1}) = {i % floors}
+      initial marked state shut {{
+        on request to up{i} do floor := floor + 1 goto moving
+        on request to down{i} do floor := floor - 1 goto moving
+        on request to open{i} goto opening
+      }}
+      state moving {{ on response from arrived{i} goto shut }}
+      state opening {{ on response from opened{i} goto open }}
+      state open {{ on request to close{i} goto closing }}
+      state closing {{ on response from closed{i} goto shut }}
+    }}
+  }}
+  requirement open{i} needs {called}
+""")
+    parts += [
+        f"  requirement never Lift{i}.open and Lift{q}.open and Lift{i}.floor = Lift{q}.floor\n"
+        for i in range(n)
+        for q in range(i)
+    ]
+    return robot_text("Halls", parts)
 
 
 def lift(n: int, most: int) -> str:

@@ -1,21 +1,22 @@
-"""In the order of the variables, what passes something on comes after what waits for it; where it is
-turned round, verification begins so."""
+"""In the order of the variables, what passes something on comes after what waits for it; of its two
+directions the one is taken that begins with far fewer nodes; verification begins so."""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import pytest
+from published_families import cells
 from random_models import random_model
-from robot_families import riders
+from robot_families import halls, riders
 from synthesis.differential import differences
 from synthesis.plants import plant_of
 from synthesis.subject import oracle_of
 
 from robosc.model.resolve import load
-from robosc.plant.automaton import Plant
+from robosc.plant.automaton import Plant, PlantState
 from robosc.plant.build import lower
 from robosc.source import Source
 from robosc.synthesis import synthesize
@@ -23,7 +24,7 @@ from robosc.synthesis.bdd import manager
 from robosc.synthesis.bdd import synthesize as bdd_synthesize
 from robosc.synthesis.bdd.encoding import Encoding
 from robosc.synthesis.bdd.rounds import first_rounds
-from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine
+from robosc.synthesis.bdd.symbolic_engine import SymbolicEngine, SymbolicSolution, TooManyNodes
 from robosc.synthesis.verify import state_sets, symbolic
 
 STATIONS = 8
@@ -97,11 +98,12 @@ robot Still {
     assert first_rounds(lower(robot)) == {}
 
 
-@pytest.mark.parametrize("most_nodes", [0, 2**9])
+@pytest.mark.parametrize(("most_nodes", "far"), [(0, 3), (2**9, 3), (2**9, 0.01)])
 def test_another_direction_is_the_same_system(
-    most_nodes: int, monkeypatch: pytest.MonkeyPatch
+    most_nodes: int, far: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In reverse alone; and given up, in one direction or in both, at few nodes."""
+    """In reverse alone; and given up, in one direction or in both, at few nodes; and taken for what
+    it begins with."""
     for seed in range(500, 508):
         oracle = oracle_of(random_model(random.Random(seed), 1 + seed % 2))
         with monkeypatch.context() as reverse:
@@ -113,8 +115,49 @@ def test_another_direction_is_the_same_system(
             assert differences(oracle.robot, oracle, "bdd") == [], seed
         with monkeypatch.context() as few:
             few.setattr(bdd_synthesize, "_MANY_NODES", most_nodes)
+            few.setattr(bdd_synthesize, "_FAR", far)
+            few.setattr(bdd_synthesize, "_SLOW_START", 0)
             few.setattr(manager, "_AMPLE_NODES", 0)
             assert differences(oracle.robot, oracle, "bdd") == [], seed
+
+
+def test_the_direction_that_begins_with_far_fewer_nodes_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The calls of a hall with lifts, above these, take ten times the nodes of the opposite."""
+    begun = []
+
+    class Engine(SymbolicEngine):
+        def solve(self, found: Sequence[PlantState] | None = None) -> SymbolicSolution:
+            begun.append(self.opposite_order)
+            return super().solve(found)
+
+    monkeypatch.setattr(bdd_synthesize, "SymbolicEngine", Engine)
+    assert synthesize(plant_of(halls(3, 6)), "bdd").opposite_order
+    assert begun == [True]
+
+
+def test_a_direction_that_begins_with_far_more_nodes_is_not_tried(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of three cells in a row it takes six times as many."""
+    begun = []
+
+    class Engine(SymbolicEngine):
+        def solve(self, found: Sequence[PlantState] | None = None) -> SymbolicSolution:
+            begun.append(self.opposite_order)
+            if len(begun) == 1:
+                raise TooManyNodes
+            return super().solve(found)
+
+    monkeypatch.setattr(bdd_synthesize, "SymbolicEngine", Engine)
+    synthesize(plant_of(cells(3, 2)), "bdd", explain_seconds=0)
+    assert begun == [False, False]
+
+
+def test_what_takes_too_many_nodes_is_not_compiled_as_a_whole() -> None:
+    with pytest.raises(TooManyNodes):
+        SymbolicEngine(plant_of(cells(3, 2)), most_made=500)
 
 
 def test_verification_begins_where_synthesis_ended(monkeypatch: pytest.MonkeyPatch) -> None:

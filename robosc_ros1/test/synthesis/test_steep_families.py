@@ -73,6 +73,7 @@ def test_guards_are_short(family: str, size: tuple[int, ...], longest: int, engi
 UNTUNED = {
     "dining": (3,),
     "grid": (2, 2, 3),
+    "halls": (2, 2),
     "lift": (3, 1),
     "quotas": (4, 1),
     "ring": (3, 2),

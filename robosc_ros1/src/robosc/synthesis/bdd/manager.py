@@ -124,6 +124,7 @@ class Manager:
         self._ample = min(self.capacity // 2, _AMPLE_NODES)
         self.in_use = 0
         """Nodes that were left when garbage was last collected."""
+        self._collected = 0
         self.variables = variables
         self._and = util.BooleanOperator.AND
         self._function = bdd.BDDFunction
@@ -210,6 +211,11 @@ class Manager:
         nodes: int = self._manager.approx_num_inner_nodes()
         return nodes
 
+    @property
+    def made(self) -> int:
+        """Nodes made so far, a measure of the work done."""
+        return self.nodes + self._collected
+
     def make_room(self, forget: Callable[[], None] = _nothing) -> None:
         """Collect garbage where it may be worth it: there are twice the nodes of the last time.
 
@@ -223,8 +229,10 @@ class Manager:
                 self.collect_garbage()
 
     def collect_garbage(self) -> None:
+        before = self.nodes
         self._manager.gc()
         self.in_use = self.nodes
+        self._collected += before - self.in_use
         self._ample = min(max(_AMPLE_NODES, 2 * self.in_use), (self.in_use + self.capacity) // 2)
 
     def run(

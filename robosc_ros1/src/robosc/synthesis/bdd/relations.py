@@ -10,7 +10,7 @@ variables. State variables that an event does not write do not occur in it and s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from robosc.expr.tree import TRUE
 from robosc.expr.types import Value
@@ -96,11 +96,18 @@ class _LocalRelation:
 class Relations:
     """Builds the relations of a plant's events and computes with them."""
 
-    def __init__(self, encoding: Encoding, most_disjuncts: int) -> None:
+    def __init__(
+        self, encoding: Encoding, most_disjuncts: int, check: Callable[[], None] = lambda: None
+    ) -> None:
+        """``check`` is called after each event; it may raise what ends the work."""
         self.encoding = encoding
         self.manager = encoding.manager
         self.most_disjuncts = most_disjuncts
-        self.events = tuple(self._event(n) for n in range(len(encoding.plant.events)))
+        events = []
+        for number in range(len(encoding.plant.events)):
+            events.append(self._event(number))
+            check()
+        self.events = tuple(events)
 
     # --- images
 

@@ -6,6 +6,7 @@ least fixpoints in it are computed by saturation (:mod:`robosc.synthesis.bdd.sat
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -123,20 +124,24 @@ class SymbolicEngine:
         most_nodes: int | None = None,
         turn: Turn | None = None,
         invariants_first: bool = False,
+        most_made: float = math.inf,
     ) -> None:
+        """``most_nodes`` are those that may be in use, ``most_made`` those that may be made, until
+        it is set anew."""
         self.plant = plant
+        self.most_made = most_made
         self.opposite_order = reverse
         self._most_nodes = most_nodes
         self._turn = turn
         self._invariants_first = invariants_first
         self.encoding = Encoding(plant, memory, reverse, piecewise=invariants_first)
         self.manager = self.encoding.manager
-        self.relations = Relations(self.encoding, most_disjuncts)
+        self.relations = Relations(self.encoding, most_disjuncts, self._check_nodes)
         self.events = self.relations.events
         self._required = tuple(_guarded(event.disjuncts, event.required) for event in self.events)
         self._permitted: tuple[Sequence[Disjunct], ...] = self._required
         self._progress = progress
-        self._plant_reach = self._explored = self.manager.false
+        self._explored = self.manager.false
         self._found: Sequence[PlantState] | None = None
         self._rounds: list[tuple[Bdd, Bdd]] = []
 
@@ -154,7 +159,7 @@ class SymbolicEngine:
         good, starts = supremal(self)
         if not starts:
             return self._solution(self.manager.false, good, True)
-        if good == self._plant_reach:
+        if good == self.plant_reach:
             reach = good
             if any(event.required != true for event in self.events):
                 reach = self._forward(self._required, true)
@@ -169,8 +174,13 @@ class SymbolicEngine:
     def _solution(self, states: Bdd, good: Bdd, restricted: bool) -> SymbolicSolution:
         rounds = tuple(self._rounds)
         return SymbolicSolution(
-            self, self._plant_reach, self._explored, states, good, restricted, rounds
+            self, self.plant_reach, self._explored, states, good, restricted, rounds
         )
+
+    @cached_property
+    def plant_reach(self) -> Bdd:
+        """The states that the plant reaches without its requirements."""
+        return self._forward([event.disjuncts for event in self.events], self.manager.true)
 
     def reachable(self) -> Bdd:
         """Return the states that the plant reaches without its requirements.
@@ -178,10 +188,9 @@ class SymbolicEngine:
         What it reaches under them would do as well, and can have a far larger diagram; or a far
         smaller one, so that it is tried where all that violates requirements has too many nodes.
         """
-        plain = [event.disjuncts for event in self.events]
-        self._plant_reach = self._explored = self._forward(plain, self.manager.true)
+        self._explored = self.plant_reach
         if not self._invariants_first:
-            return self._plant_reach
+            return self.plant_reach
         known = self._found
         found = self._inside_invariants() if known is None else self.encoding.states(known)
         self._explored = found | self._next(self._required, found)
@@ -412,6 +421,8 @@ class SymbolicEngine:
             self._turn.call(self.manager.nodes)
         self.manager.make_room()
         if self._most_nodes is not None and self.manager.in_use > self._most_nodes:
+            raise TooManyNodes
+        if self.manager.made > self.most_made:
             raise TooManyNodes
 
     def _closure(

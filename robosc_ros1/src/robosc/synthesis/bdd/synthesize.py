@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import gc
+import math
 import time
+from collections.abc import Callable
 from functools import partial
+from typing import TypeAlias
 
 from robosc import limits
 from robosc.errors import StateSpaceError
@@ -31,6 +34,15 @@ from robosc.synthesis.time_limit import ExplanationTime
 
 _MANY_NODES = 2**18
 """Nodes in use, after a second of work, with which the other direction of the order is tried."""
+
+
+_FAR = 3
+"""Times the nodes that one direction makes for what the plant reaches, above which it is the wrong
+one: 3.4 in lift 8 8, 160 in elevators 4 10. Twice as many say nothing: cell 16 12."""
+_SLOW_START = 2**14
+"""Nodes so made, after some hundredths of a second, with which the other direction is looked at."""
+
+_Make: TypeAlias = Callable[..., SymbolicEngine]
 
 
 def synthesize_bdd(
@@ -77,26 +89,48 @@ def _solved(
     """Return the controlled system, found in another way if the first is slow.
 
     One direction of the order of variables can take a hundred times the nodes of the other, and no
-    rule known tells which: a lift with eight robots ends in one only. Robots in zones of which each
-    holds one end only if what all requirements forbid is never computed.
+    rule known tells which from the plant; but what it reaches, which is quick, most often takes far
+    more nodes too. Robots in zones of which each holds one end only if what all requirements forbid
+    is never computed.
     """
+    make = partial(SymbolicEngine, plant, progress, memory, most_nodes=_MANY_NODES, turn=turn)
+    turned, most = False, math.inf
     for invariants_first in (False, True) if plant.invariants else (False,):
-        for reverse in (False, True):
-            engine = SymbolicEngine(
-                plant,
-                progress,
-                memory,
-                reverse=reverse,
-                most_nodes=_MANY_NODES,
-                turn=turn,
-                invariants_first=invariants_first,
-            )
+        for second in (False, True):
             try:
+                reverse = turned != second
+                engine = _begun(make, most, reverse=reverse, invariants_first=invariants_first)
+                if most == math.inf:
+                    engine = _far_quicker(engine, make)
+                    turned, most = engine.opposite_order, _FAR * engine.manager.made
                 return engine.solve(None if turn is None else turn.found)
             except (TooManyNodes, MemoryError):
-                del engine
+                engine = None
             gc.collect()  # frees the diagrams before there are others
-    return SymbolicEngine(plant, progress, memory).solve()
+    return SymbolicEngine(plant, progress, memory, reverse=turned).solve()
+
+
+def _begun(make: _Make, most_made: float, **options: bool) -> SymbolicEngine:
+    """Return an engine that knows what the plant reaches, for which it makes so many nodes at most.
+
+    Raises:
+        TooManyNodes: that takes more.
+    """
+    engine = make(most_made=most_made, **options)
+    engine.plant_reach  # noqa: B018
+    engine.most_made = math.inf
+    return engine
+
+
+def _far_quicker(engine: SymbolicEngine, make: _Make) -> SymbolicEngine:
+    """Return an engine, or that of the other direction if it has begun with far fewer nodes."""
+    made = engine.manager.made
+    if made < _SLOW_START or engine.opposite_order:
+        return engine
+    try:
+        return _begun(make, made / _FAR, reverse=True)
+    except (TooManyNodes, MemoryError, StateSpaceError):  # there may be no memory for both
+        return engine
 
 
 def _guard(
