@@ -94,7 +94,9 @@ def plain_environment(**extra: str) -> dict[str, str]:
     # Where ROS is not under /usr, its setup is what makes it found at all.
     if not Path("/usr/share/catkin").is_dir():
         env |= {k: v for k, v in os.environ.items() if k.startswith(_ROS_VARIABLES)}
-    return env | {"ROS_HOSTNAME": "localhost", "PYTHONDONTWRITEBYTECODE": "1"} | extra
+    # What a node says is read in its log while it runs: rospy prints some of it.
+    own = {"ROS_HOSTNAME": "localhost", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUNBUFFERED": "1"}
+    return env | own | extra
 
 
 @contextlib.contextmanager
