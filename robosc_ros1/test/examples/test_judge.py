@@ -120,6 +120,14 @@ def test_how_late_the_observer_was_about_that_time_is_added_to_the_tolerance(jud
     assert violated(judge) == {"stop needs a reason"}
 
 
+def test_what_is_told_of_lateness_is_what_was_added(judge: Judge) -> None:
+    judge.late(4.5, 30.0)
+    judge.velocity(5.0, 0.0, 0.0)
+    judge.distance(6.0 + judge.tolerance + 0.01, OBSTRUCTED)
+    assert violated(judge) == {"stop needs a reason"}
+    assert judge.latest == 1.0
+
+
 def test_history_is_forgotten(judge: Judge) -> None:
     for second in range(2, 1000):
         judge.distance(second, FREE if second % 2 else OBSTRUCTED)

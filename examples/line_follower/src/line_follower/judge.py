@@ -22,8 +22,7 @@ SILENCE = 0.5
 """Seconds without a measurement after which nobody knows what stands in front."""
 
 ABOUT = 1.0
-"""Seconds before and after a command in which it counts how late the observer was; and at most so
-many count."""
+"""Seconds before and after a command in which it counts how late the observer was; more do not."""
 
 RULES = {
     "move needs a free way": "moved although something stands in front",
@@ -71,7 +70,7 @@ class Judge:
     first: dict[str, float] = field(default_factory=dict)
     commands: int = 0
     latest: float = 0.0
-    """How many seconds late the observer was at worst."""
+    """How many seconds were added to the tolerance at most."""
     _late: deque[tuple[float, float]] = field(default_factory=deque)
     _history: deque[tuple[float, Moment]] = field(default_factory=lambda: deque([(0.0, Moment())]))
     _open: deque[_Open] = field(default_factory=deque)
@@ -119,6 +118,7 @@ class Judge:
 
     def late(self, now: float, seconds: float) -> None:
         """What the observer does now it should have done so much earlier."""
+        seconds = min(seconds, ABOUT)
         self.latest = max(self.latest, seconds)
         self._late.append((now, seconds))
 
@@ -144,7 +144,7 @@ class Judge:
     def _around(self, time: float) -> Iterator[Moment]:
         """All moments that lasted at some time within the tolerance around a time."""
         late = [seconds for at, seconds in self._late if abs(at - time) <= ABOUT]
-        tolerance = self.tolerance + min(ABOUT, max(late, default=0.0))
+        tolerance = self.tolerance + max(late, default=0.0)
         starts = [start for start, _ in self._history]
         ends = [*starts[1:], float("inf")]
         for (start, moment), end in zip(self._history, ends, strict=True):
