@@ -121,18 +121,26 @@ def test_another_direction_is_the_same_system(
             assert differences(oracle.robot, oracle, "bdd") == [], seed
 
 
-def test_the_direction_that_begins_with_far_fewer_nodes_is_taken(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The calls of a hall with lifts, above these, take ten times the nodes of the opposite."""
-    begun = []
+def directions(monkeypatch: pytest.MonkeyPatch, failing: int) -> list[bool]:
+    """Of each engine that is to solve a system whether its order is the opposite; so many fail."""
+    begun: list[bool] = []
 
     class Engine(SymbolicEngine):
         def solve(self, found: Sequence[PlantState] | None = None) -> SymbolicSolution:
             begun.append(self.opposite_order)
+            if len(begun) <= failing:
+                raise TooManyNodes
             return super().solve(found)
 
     monkeypatch.setattr(bdd_synthesize, "SymbolicEngine", Engine)
+    return begun
+
+
+def test_the_direction_that_begins_with_far_fewer_nodes_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The calls of a hall with lifts, above these, take ten times the nodes of the opposite."""
+    begun = directions(monkeypatch, 0)
     assert synthesize(plant_of(halls(3, 6)), "bdd").opposite_order
     assert begun == [True]
 
@@ -141,16 +149,7 @@ def test_a_direction_that_begins_with_far_more_nodes_is_not_tried(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Of three cells in a row it takes six times as many."""
-    begun = []
-
-    class Engine(SymbolicEngine):
-        def solve(self, found: Sequence[PlantState] | None = None) -> SymbolicSolution:
-            begun.append(self.opposite_order)
-            if len(begun) == 1:
-                raise TooManyNodes
-            return super().solve(found)
-
-    monkeypatch.setattr(bdd_synthesize, "SymbolicEngine", Engine)
+    begun = directions(monkeypatch, 1)
     synthesize(plant_of(cells(3, 2)), "bdd", explain_seconds=0)
     assert begun == [False, False]
 

@@ -126,10 +126,10 @@ class SymbolicEngine:
         invariants_first: bool = False,
         most_made: float = math.inf,
     ) -> None:
-        """``most_nodes`` are those that may be in use, ``most_made`` those that may be made, until
-        it is set anew."""
+        """``most_nodes`` are those that may be in use, ``most_made`` those that may be made until
+        it has begun."""
         self.plant = plant
-        self.most_made = most_made
+        self._most_made = most_made
         self.opposite_order = reverse
         self._most_nodes = most_nodes
         self._turn = turn
@@ -176,6 +176,15 @@ class SymbolicEngine:
         return SymbolicSolution(
             self, self.plant_reach, self._explored, states, good, restricted, rounds
         )
+
+    def begin(self) -> None:
+        """Explore what the plant reaches without its requirements.
+
+        Raises:
+            TooManyNodes: that takes more than it may.
+        """
+        self._explored = self.plant_reach
+        self._most_made = math.inf
 
     @cached_property
     def plant_reach(self) -> Bdd:
@@ -422,7 +431,7 @@ class SymbolicEngine:
         self.manager.make_room()
         if self._most_nodes is not None and self.manager.in_use > self._most_nodes:
             raise TooManyNodes
-        if self.manager.made > self.most_made:
+        if self.manager.made > self._most_made:
             raise TooManyNodes
 
     def _closure(

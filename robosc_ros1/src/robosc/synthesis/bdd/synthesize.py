@@ -34,8 +34,6 @@ from robosc.synthesis.time_limit import ExplanationTime
 
 _MANY_NODES = 2**18
 """Nodes in use, after a second of work, with which the other direction of the order is tried."""
-
-
 _FAR = 3
 """Times the nodes that one direction makes for what the plant reaches, above which it is the wrong
 one: 3.4 in lift 8 8, 160 in elevators 4 10. Twice as many say nothing: cell 16 12."""
@@ -117,8 +115,7 @@ def _begun(make: _Make, most_made: float, **options: bool) -> SymbolicEngine:
         TooManyNodes: that takes more.
     """
     engine = make(most_made=most_made, **options)
-    engine.plant_reach  # noqa: B018
-    engine.most_made = math.inf
+    engine.begin()
     return engine
 
 
