@@ -43,6 +43,12 @@ class Copy:
         return cls(family, int(index[:-1])) if index.endswith("]") else None
 
 
+def declared(name: str) -> str:
+    """The name under which a component is declared: ``Station`` of ``Station[3]``."""
+    copy = Copy.of(name)
+    return name if copy is None else copy.family
+
+
 def copy_name(family: str, index: int) -> str:
     """The name of one copy of an indexed component: ``Station[3]``."""
     return f"{family}[{index}]"

@@ -8,11 +8,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 
-from robosc import dotted, errors, remedies
+from robosc import dotted, errors, names, remedies
 from robosc.lazy_dataclasses import dataclass
 from robosc.lsp.analysis import Analysis
 from robosc.lsp.ros_definitions import fits
-from robosc.names import Copy
 from robosc.source import Source, Span
 from robosc.syntax import nodes
 
@@ -99,8 +98,7 @@ class _Place:
     def message(self, name: str) -> nodes.MessageNode | None:
         """The only message of that name, or ``Component.name``."""
         component, bare = dotted.around(name), dotted.last(name)
-        one = Copy.of(component)
-        declared = component if one is None else one.family
+        declared = names.declared(component)
         found = [
             item
             for owner in self.components

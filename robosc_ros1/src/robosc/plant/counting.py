@@ -283,8 +283,7 @@ def _literal(expr: tree.Expr) -> tuple[_Kind, int] | None:
 
     def named(component: str) -> str:
         components.add(component)
-        copy = names.Copy.of(component)
-        return component if copy is None else copy.family
+        return names.declared(component)
 
     shared = with_component(inner, named)
     copy = names.Copy.of(components.pop()) if len(components) == 1 else None
