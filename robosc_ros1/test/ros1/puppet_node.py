@@ -253,6 +253,14 @@ class Puppet:
         if connected:
             await_links(topic)
 
+    def lose(self, node):
+        """Wait until all was heard that a node which has ended has sent."""
+        end = time.monotonic() + PATIENCE
+        links = [link for one in self.subscribers for link in one.impl.connections]
+        while any(link.callerid_pub == node and is_open(link.socket) for link in links):
+            assert time.monotonic() < end, f"{node} goes on"
+            time.sleep(0.01)
+
     def service(self, name, type, **settings):
         self.serve(Service, name, type, settings)
 

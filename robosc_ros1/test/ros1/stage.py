@@ -134,9 +134,10 @@ class Puppet:
         self.do("listen", topic=topic, type="actionlib_msgs/GoalStatusArray")
         self.hears(topic, lambda told: any(s["status"] == _ACTIVE for s in told["status_list"]))
 
-    def all_heard(self, topic: str) -> list[Json]:
+    def all_heard(self, topic: str, since: int = 0) -> list[Json]:
         with self._changed:
-            return [line["message"] for line in self.lines if line.get("heard") == topic]
+            lines = self.lines[since:]
+        return [line["message"] for line in lines if line.get("heard") == topic]
 
     @property
     def mark(self) -> int:
@@ -146,12 +147,16 @@ class Puppet:
 
 
 class Node:
-    """A running controller, with a puppet that listens to what it tells."""
+    """A running controller, with a puppet that listens to what it tells.
 
-    def __init__(self, process: Forked, name: str, ear: Puppet) -> None:
+    What the ear heard before its ``since``-th line came from another node of that name.
+    """
+
+    def __init__(self, process: Forked, name: str, ear: Puppet, since: int) -> None:
         self.process = process
         self.name = name
         self.ear = ear
+        self.since = since
 
     @property
     def log(self) -> str:
@@ -159,14 +164,15 @@ class Node:
 
     def tells(self, condition: Callable[[Json], Any], **more: Any) -> Json:
         """An event that the controller tells."""
-        return self.ear.hears(f"{self.name}/events", condition, **more)
+        return self.ear.hears(f"{self.name}/events", condition, **{"since": self.since} | more)
 
     def shows(self, condition: Callable[[Json], Any], **more: Any) -> Json:
         """A state that the controller shows."""
-        return self.ear.hears(f"{self.name}/state", condition, **more)
+        return self.ear.hears(f"{self.name}/state", condition, **{"since": self.since} | more)
 
     def events(self, condition: Callable[[Json], Any] = lambda _: True) -> list[Json]:
-        return [e for e in self.ear.all_heard(f"{self.name}/events") if condition(e)]
+        heard = self.ear.all_heard(f"{self.name}/events", since=self.since)
+        return [e for e in heard if condition(e)]
 
     def enters(self, component: str, state: str) -> Json:
         return self.shows(lambda s: s["components"][component] == state)
@@ -224,11 +230,13 @@ class Stage:
         with self.workspace.fork(
             str(executable), *remap, *arguments, master=self.master
         ) as process:
-            node = Node(process, name, ear)
+            node = Node(process, name, ear, mark)
             ear.hears(f"{name}/state", since=mark)
             self.master.await_links(name)
             yield node
         self.master.forget(name)  # it may have been killed
+        if ear.process.poll() is None:
+            ear.do("lose", node=name)  # so that nothing of it comes when the next one runs
         # Parameters outlive their node, and the next test's node has the same name.
         with contextlib.suppress(OSError, Fault):
             ServerProxy(self.master.uri).deleteParam("/stage", name)

@@ -300,7 +300,7 @@ def test_it_connects_where_rospy_forgets_who_publishes(
         ear.hears("/probe_controller/state")
         stage.master.await_links("/probe_controller")
         puppet.do("publish", **level)
-        Node(process, "/probe_controller", ear).tells(event("response", "level", value=7))
+        Node(process, "/probe_controller", ear, 0).tells(event("response", "level", value=7))
 
 
 LOOKS = """
