@@ -162,6 +162,8 @@ def test_what_the_middleware_lost_is_counted(graph: Graph, controller: Start) ->
         lambda: counted_as("dropped"), "the messages that were lost to be counted"
     )
     assert lost < 5000
+    text = "messages were lost: they came too fast, or a link was cut"
+    await_condition(lambda: text in node.output, "a word of it")
 
 
 @pytest.mark.parametrize(

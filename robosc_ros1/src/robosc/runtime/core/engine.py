@@ -529,7 +529,8 @@ class Engine(Generic[R]):
         broken = ["broken %d times: %s" % (count, text) for text, count in self._broken.items()]
         if self.intake.dropped != recorder.counters["dropped"]:
             recorder.counters["dropped"] = self.intake.dropped
-            self._log("warning", "dropped", "messages arrive too fast: some were dropped")
+            text = "messages were lost: they came too fast, or a link was cut"
+            self._log("warning", "dropped", text)
         left = self._clocks.time_left()
         # Why commands that are allowed cannot be sent: what their data lack.
         allowed = (c for c in parts.scheduler.commands if c.was and c.possible)
