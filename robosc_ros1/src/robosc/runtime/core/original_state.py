@@ -25,15 +25,9 @@ class OriginalState:
     def __init__(self, model: Mapping[str, Any]) -> None:
         # An incoming or outgoing message, a service, an action.
         self._sorts = {c["name"]: c["kind"].split()[-1] for c in model["communications"]}
-        self._definition = {
-            "name": model["robot"],
-            "components": [self._component(c, model) for c in model["components"]],
-        }
-        self._variables = {
-            component["name"]: component["variables"]
-            for component in model["components"]
-            if component["states"]
-        }
+        components = [self._component(c, model) for c in model["components"]]
+        self._definition = {"name": model["robot"], "components": components}
+        self._behaviours = [c for c in components if "behaviour" in c]
         self._taken: list[str] = []
 
     def take(self, events: Sequence[Mapping[str, Any]]) -> None:
@@ -42,33 +36,25 @@ class OriginalState:
 
     def document(self, state: Mapping[str, Any]) -> dict[str, Any]:
         taken, self._taken = self._taken, []
-        current = {
-            name: {
-                "state": state["components"][name],
-                "variables": {
-                    v["name"]: _text(state["variables"]["%s.%s" % (name, v["name"])])
-                    for v in variables
-                },
-            }
-            for name, variables in self._variables.items()
-        }
+        current = {}
+        for name, behaviour in ((c["name"], c["behaviour"]) for c in self._behaviours):
+            values = {v: state["variables"]["%s.%s" % (name, v)] for v in behaviour["variables"]}
+            texts = {v: _text(value) for v, value in values.items()}
+            current[name] = {"state": state["components"][name], "variables": texts}
         return {"current": current, "transitions": taken, "definition": self._definition}
 
     def _name(self, event: Mapping[str, Any], joint: str) -> str:
-        if event["kind"] in _EVENTS:
-            place = "%s_%s" % (self._sorts[event["name"]], event["name"].replace(".", "_"))
-            return "%s%s%s" % (place, joint, _EVENTS[event["kind"]])
-        return "component_%s%sc_%s%d" % (
-            event["name"].replace(".", "_"), joint, event["kind"], event["index"],
-        )  # fmt: skip
+        name, kind = event["name"].replace(".", "_"), event["kind"]
+        if kind in _EVENTS:
+            return "%s_%s%s%s" % (self._sorts[event["name"]], name, joint, _EVENTS[kind])
+        return "component_%s%sc_%s%d" % (name, joint, kind, event["index"])
 
     def _component(self, component: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]:
-        names: dict[str, list[str]] = {"message": [], "service": [], "action": []}
+        told: dict[str, Any] = {"name": component["name"]}
+        told.update({"messages": [], "services": [], "actions": []})
         for communication in model["communications"]:
             if communication["component"] == component["name"]:
-                names[self._sorts[communication["name"]]].append(communication["name"])
-        told: dict[str, Any] = {"name": component["name"]}
-        told.update(messages=names["message"], services=names["service"], actions=names["action"])
+                told[self._sorts[communication["name"]] + "s"].append(communication["name"])
         if component["states"]:
             told["behaviour"] = {
                 "variables": [v["name"] for v in component["variables"]],
@@ -76,41 +62,27 @@ class OriginalState:
             }
         return told
 
-    def _state(
-        self, state: Mapping[str, Any], transitions: Sequence[Mapping[str, Any]]
-    ) -> dict[str, Any]:
+    def _state(self, state: Mapping[str, Any], transitions: Sequence[Any]) -> dict[str, Any]:
         own = [t for t in transitions if t["from"] == state["name"]]
         events = [t["event"] for t in own]
-        everywhere = [
+        # Those of every state, unless one of its own for the same event is taken in their place.
+        own += [
             t
             for t in transitions
-            if t["from"] is None and not (t["event"] in events and _may_be_hidden(t))
+            if t["from"] is None
+            and (t["event"] not in events or t["to"] is None and t["event"]["kind"] != "request")
         ]
-        return {
-            "name": state["name"],
-            "initial": state["initial"],
-            "transitions": [self._transition(t) for t in own + everywhere],
-        }
+        taken = [self._transition(t["event"], t["to"]) for t in own]
+        return {"name": state["name"], "initial": state["initial"], "transitions": taken}
 
-    def _transition(self, transition: Mapping[str, Any]) -> dict[str, str | None]:
-        event = transition["event"]
-        return {
-            "next": transition["to"],
-            "id": self._name(event, "_") + "_",
-            "type": event["kind"],
-            "communication": event["name"] if event["kind"] in _EVENTS else None,
-        }
-
-
-def _may_be_hidden(transition: Mapping[str, Any]) -> bool:
-    """Whether a transition of a state for the same event is taken in its place."""
-    return transition["to"] is not None or transition["event"]["kind"] == "request"
+    def _transition(self, event: Mapping[str, Any], target: str | None) -> dict[str, str | None]:
+        communication = event["name"] if event["kind"] in _EVENTS else None
+        told = {"next": target, "id": self._name(event, "_") + "_", "type": event["kind"]}
+        return {**told, "communication": communication}
 
 
 def _text(value: Any) -> str:
     """Return a value as text; "unknown" for objects and arrays."""
     if isinstance(value, (dict, list)) or value is None:
         return "unknown"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return str(value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
