@@ -5,8 +5,8 @@ from __future__ import annotations
 from families import robot_text
 
 __all__ = [
-    "dining", "grid", "halls", "lift", "quotas", "riders", "ring", "served_copies", "track", "warehouse", "zones",
-    "zones_by_hand",
+    "chargers", "dining", "grid", "halls", "lift", "quotas", "riders", "ring", "served_copies",
+    "track", "warehouse", "zones", "zones_by_hand",
 ]  # fmt: skip
 
 
@@ -418,3 +418,45 @@ def served_copies(n: int, most: int) -> str:
   }}
 }}
 """
+
+
+def chargers(n: int, most: int) -> str:
+    """Robots that share chargers and a table, and whose work takes one of four units of charge."""
+    parts = []
+    for i in range(n):
+        plugs = "".join(f"    incoming message plug{i}_{j} with type: none\n" for j in range(most))
+        charges = "".join(
+            f"        on request to plug{i}_{j} do at := {j + 1} goto charges\n"
+            for j in range(most)
+        )
+        parts.append(f"""
+  component Bot{i} {{
+    incoming message work{i} with type: none
+    incoming message hand{i} with type: none
+    incoming message leave{i} with type: none
+    outgoing message worked{i} with type: none
+    outgoing message taken{i} with type: none
+    outgoing message charged{i} with type: none
+{plugs}    behaviour {{
+      variable level: integer(0..4) = 4
+      variable at: integer(0..{most}) = 0
+      initial marked state free {{
+        on request to work{i} goto works
+        on request to hand{i} goto hands
+{charges}      }}
+      state works {{ on response from worked{i} if level > 0 do level := level - 1 goto free }}
+      state hands {{ on response from taken{i} if level > 0 do level := level - 1 goto free }}
+      state charges {{
+        on response from charged{i} if level < 4 do level := level + 1
+        on request to leave{i} do at := 0 goto free
+      }}
+    }}
+  }}
+  requirement never Bot{i}.level = 0 and !Bot{i}.charges""")
+        parts += [
+            f"""
+  requirement never Bot{i}.at != 0 and Bot{i}.at = Bot{j}.at
+  requirement never Bot{i}.hands and Bot{j}.hands"""
+            for j in range(i)
+        ]
+    return robot_text("Chargers", parts)

@@ -1,5 +1,6 @@
 """In the order of the variables, what passes something on comes after what waits for it; of its two
-directions the one is taken that begins with far fewer nodes; verification begins so."""
+directions the one is taken that begins with far fewer nodes; verification begins so. Components
+stay together where that takes far fewer, too."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from dataclasses import replace
 import pytest
 from published_families import cells
 from random_models import random_model
-from robot_families import halls, riders
+from robot_families import chargers, halls, riders
 from synthesis.differential import differences
 from synthesis.plants import plant_of
 from synthesis.subject import oracle_of
@@ -143,6 +144,17 @@ def test_the_direction_that_begins_with_far_fewer_nodes_is_taken(
     begun = directions(monkeypatch, 0)
     assert synthesize(plant_of(halls(3, 6)), "bdd").opposite_order
     assert begun == [True]
+
+
+def test_components_stay_together_where_that_begins_with_far_fewer_nodes() -> None:
+    """What nine robots reach, which do not depend on each other but by requirements."""
+    plant = plant_of(chargers(9, 2))
+    solution = bdd_synthesize._solved(plant, None, 2**28, None)
+    assert solution.engine.together
+    assert solution.engine.manager.made < 2**16
+    usual = SymbolicEngine(plant).solve()
+    assert usual.engine.manager.made > 2**18
+    assert solution.controlled_states == usual.controlled_states
 
 
 def test_a_direction_that_begins_with_far_more_nodes_is_not_tried(

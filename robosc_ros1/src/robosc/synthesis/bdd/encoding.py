@@ -42,7 +42,12 @@ class Encoding:
     """The boolean variables of one plant, and the sets of states of values and expressions."""
 
     def __init__(
-        self, plant: Plant, memory: int, reverse: bool = False, piecewise: bool = False
+        self,
+        plant: Plant,
+        memory: int,
+        reverse: bool = False,
+        piecewise: bool = False,
+        together: bool = False,
     ) -> None:
         self.plant = plant
         self._blocks: dict[LeafSource, _Block] = {}
@@ -55,7 +60,7 @@ class Encoding:
         self._piecewise = piecewise
         self._codes: dict[tuple[LeafSource, int], Bdd] = {}
         first = 0
-        for item in ordered(plant)[:: -1 if reverse else 1]:
+        for item in ordered(plant, together)[:: -1 if reverse else 1]:
             block = self._blocks[item] = self._block(item, first)
             first += len(block.now) + len(block.after)
         self.manager = Manager(first, memory)

@@ -21,14 +21,41 @@ _PATIENCE = 5
 _LARGEST_CLIQUE = 12
 
 
-def ordered(plant: Plant) -> Sequence[LeafSource]:
-    """Return the state variables of a plant and the parameters of its events in a good order."""
+def ordered(plant: Plant, together: bool = False) -> Sequence[LeafSource]:
+    """Return the state variables of a plant and the parameters of its events in a good order.
+
+    ``together``: those of a component are not torn apart by those of others that it shares
+    requirements with, in which what the plant reaches without them would have far more nodes.
+    """
     parameters = [
         (e, p) for e, event in enumerate(plant.events) for p in range(len(event.parameters))
     ]
     items: list[LeafSource] = [*range(len(plant.variables)), *parameters]
     order = order_items(len(items), touched_together(plant, items))
-    return early_last(plant, [items[number] for number in order])
+    found = [items[number] for number in order]
+    return early_last(plant, _by_component(plant, found) if together else found)
+
+
+def _by_component(plant: Plant, order: Sequence[LeafSource]) -> Sequence[LeafSource]:
+    """Return an order of components, by the mean place of their variables, in which each has its
+    own in the given order."""
+    robot = plant.robot
+    owned = (*robot.variables.values(), *robot.communications.values())
+    owners = {one.key: one.component for one in owned}
+
+    def component(item: LeafSource) -> object:
+        if not isinstance(item, int):
+            return item
+        name = plant.variables[item].name
+        return owners.get(name, name)
+
+    members: dict[object, list[tuple[int, LeafSource]]] = {}
+    for place, item in enumerate(order):
+        members.setdefault(component(item), []).append((place, item))
+    groups = sorted(
+        members.values(), key=lambda group: sum(place for place, _ in group) / len(group)
+    )
+    return [item for group in groups for _, item in group]
 
 
 def order_items(count: int, groups: Iterable[Iterable[int]]) -> list[int]:

@@ -125,16 +125,18 @@ class SymbolicEngine:
         turn: Turn | None = None,
         invariants_first: bool = False,
         most_made: float = math.inf,
+        together: bool = False,
     ) -> None:
         """``most_nodes`` are those that may be in use, ``most_made`` those that may be made until
-        it has begun."""
+        it has begun. ``together``: the order does not tear components apart."""
         self.plant = plant
         self._most_made = most_made
         self.opposite_order = reverse
+        self.together = together
         self._most_nodes = most_nodes
         self._turn = turn
         self._invariants_first = invariants_first
-        self.encoding = Encoding(plant, memory, reverse, piecewise=invariants_first)
+        self.encoding = Encoding(plant, memory, reverse, invariants_first, together)
         self.manager = self.encoding.manager
         self.relations = Relations(self.encoding, most_disjuncts, self._check_nodes)
         self.events = self.relations.events

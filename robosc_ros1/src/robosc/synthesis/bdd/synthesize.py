@@ -92,7 +92,7 @@ def _solved(
     is never computed.
     """
     make = partial(SymbolicEngine, plant, progress, memory, most_nodes=_MANY_NODES, turn=turn)
-    turned, most = False, math.inf
+    turned, together, most = False, False, math.inf
     for invariants_first in (False, True) if plant.invariants else (False,):
         for second in (False, True):
             try:
@@ -100,12 +100,14 @@ def _solved(
                 engine = _begun(make, most, reverse=reverse, invariants_first=invariants_first)
                 if most == math.inf:
                     engine = _far_quicker(engine, make)
-                    turned, most = engine.opposite_order, _FAR * engine.manager.made
+                    turned, together = engine.opposite_order, engine.together
+                    make = partial(make, together=together)
+                    most = _FAR * engine.manager.made
                 return engine.solve(None if turn is None else turn.found)
             except (TooManyNodes, MemoryError):
                 engine = None
             gc.collect()  # frees the diagrams before there are others
-    return SymbolicEngine(plant, progress, memory, reverse=turned).solve()
+    return SymbolicEngine(plant, progress, memory, reverse=turned, together=together).solve()
 
 
 def _begun(make: _Make, most_made: float, **options: bool) -> SymbolicEngine:
@@ -120,14 +122,19 @@ def _begun(make: _Make, most_made: float, **options: bool) -> SymbolicEngine:
 
 
 def _far_quicker(engine: SymbolicEngine, make: _Make) -> SymbolicEngine:
-    """Return an engine, or that of the other direction if it has begun with far fewer nodes."""
-    made = engine.manager.made
-    if made < _SLOW_START or engine.opposite_order:
-        return engine
-    try:
-        return _begun(make, made / _FAR, reverse=True)
-    except (TooManyNodes, MemoryError, StateSpaceError):  # there may be no memory for both
-        return engine
+    """Return an engine, or one of another order if that has begun with far fewer nodes: one that
+    does not tear components apart (chargers 12 3), the other direction, or both."""
+    options: dict[str, bool] = {}
+    for other in ("together", "reverse"):
+        made = engine.manager.made
+        if made < _SLOW_START or engine.opposite_order:
+            break
+        try:
+            engine = _begun(make, made / _FAR, **options, **{other: True})
+        except (TooManyNodes, MemoryError, StateSpaceError):  # there may be no memory for both
+            continue
+        options[other] = True
+    return engine
 
 
 def _guard(
