@@ -98,6 +98,7 @@ PROGRAM = """
 import importlib, sys
 controller = importlib.import_module("package.controller")
 runtime = importlib.import_module("package._runtime.core.settings")
+telemetry = importlib.import_module("package._runtime.core.telemetry")
 port = "judge.judge" if {judges} else "core.port"
 port = importlib.import_module("package._runtime." + port)
 module, name = "{engine}".split()
@@ -115,6 +116,18 @@ for shadow in (False, {judges}):
     engine.begin()
     engine.cycle()
     engine.snapshot()
+    class Heard:
+        name = "/package"
+        wants_events = wants_state = lambda self: True
+        faults = unconnected = lambda self: []
+        state = lambda self, text: heard.append(text)
+        events = lambda self, texts: None
+        diagnostics = lambda self, level, message, values: heard.append(message)
+    heard, model = [], {{"components": []}}
+    reporter = telemetry.Reporter(engine, Heard(), model)
+    reporter.close()
+    reporter._report(True)
+    assert len(heard) == 2 and not heard[0].startswith("cannot report"), heard
 assert not [name for name in sys.modules if name.startswith("robosc")]
 """
 

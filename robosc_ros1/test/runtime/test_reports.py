@@ -16,12 +16,12 @@ from runtime.test_order_of_commands import PreferringController
 
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.interfaces import Outlet
 from robosc.runtime.core.model import Controller, Parameter
 from robosc.runtime.core.reasons import failure_text, reason_text
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.telemetry import (
     EventLog,
-    Outlet,
     Reporter,
     dump,
     event_document,

@@ -11,9 +11,10 @@ import pytest
 from emit.generated_code import controller_class, supervisor_of
 from runtime.schemas import validate
 
+from robosc.runtime.core.interfaces import Outlet
 from robosc.runtime.core.port import BEFORE_TIME
 from robosc.runtime.core.settings import Settings
-from robosc.runtime.core.telemetry import ERROR, Outlet, Reporter
+from robosc.runtime.core.telemetry import ERROR, Reporter
 from robosc.runtime.judge.matching import CommandPattern
 from robosc.runtime.judge.monitoring import monitor_engine
 from robosc.runtime.judge.seen import MonitorPort

@@ -21,9 +21,10 @@ from runtime.lamp_robot import PlayedPort
 from simulate.players import MODEL, SEVERAL_TYPES, line_follower, session
 
 from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.interfaces import Outlet
 from robosc.runtime.core.recorder import Entry
 from robosc.runtime.core.settings import Settings
-from robosc.runtime.core.telemetry import EventLog, Outlet, Reporter, dump, event_document
+from robosc.runtime.core.telemetry import EventLog, Reporter, dump, event_document
 from robosc.simulate.machines.machine import Happening
 from robosc.simulate.machines.state import make_controller
 from robosc.simulate.replay import replay

@@ -8,7 +8,7 @@ from std_msgs.msg import String
 
 from ._runtime.core.connections import UNSERVED
 from ._runtime.core.port import Port
-from ._runtime.core.telemetry import Outlet, dump
+from ._runtime.core.telemetry import dump
 
 try:
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -164,7 +164,7 @@ class CallingPort(Port):
         return [caller.label for caller in self.callers() if not caller.is_served()]
 
 
-class TopicOutlet(Outlet):
+class TopicOutlet:
     """The node's own topics, for a version of ROS that defines ``publisher`` and ``listeners``.
 
     ``watch`` has the ``faults``, and what is ``unconnected``.

@@ -8,10 +8,11 @@ may be old, for then the clocks of two machines differ, and its age is not known
 
 from __future__ import annotations
 
+from copy import copy
 from functools import partial
-from typing import Any
+from typing import Any, Callable
 
-from .engine_parts import EngineParts, Inputs
+from .engine_parts import BoundInput, EngineParts, Inputs
 from .values import Mismatch
 
 
@@ -41,7 +42,7 @@ class Ages:
         if clocks.has_begun:
             known = self._parts.port.stamp_time() - (clocks.moment() - arrival)
         return tuple(
-            entry.checked(partial(self.check, entry.key, message, known))
+            checked(entry, partial(self.check, entry.key, message, known))
             if self.concern(entry.key)
             else entry
             for entry in entries
@@ -61,6 +62,19 @@ class Ages:
             raise Mismatch("its stamp lies %.3f s in the future" % -age)
         if age > self._most[key]:
             raise Mismatch("it was %.3f s old when it arrived" % age)
+
+
+def checked(entry: BoundInput, check: Callable[[], None]) -> BoundInput:
+    """Return an input as it is for one message: what is checked before it is applied may raise
+    :class:`~.values.Mismatch`."""
+    result = copy(entry)
+
+    def apply(value: Any) -> None:
+        check()
+        entry.apply(value)
+
+    result.apply = apply
+    return result
 
 
 def seconds_of(stamp: Any) -> float:

@@ -18,7 +18,7 @@ from __future__ import annotations
 import threading
 import traceback
 from collections import deque
-from typing import TYPE_CHECKING, Any, Callable, Generic, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Callable, Generic, NamedTuple, TypeVar
 
 from .calls import REFUSED, STEPPING, Failure, Missed
 from .clocks import Deadlines, TimeMonitor, Watch, shortest
@@ -34,43 +34,6 @@ from .settings import Settings
 from .values import UNREADABLE, BrokenAssumption, Mismatch, told_error
 
 
-class NodeRole(Protocol):
-    """The role of an engine, which calls it in the thread that has the turn."""
-
-    @property
-    def sends(self) -> bool:
-        """Whether it sends commands, which an operator may hold."""
-
-    def begin(self) -> None:
-        """Begin in the present state: at the start, and after each :meth:`stand_still`."""
-
-    def observed(self, entries: Inputs, message: Any) -> list[BoundInput]:
-        """Apply the events that a message is; return those that were applied."""
-
-    def delayed(self, timer: Timer) -> None:
-        """Take a transition whose delay is over."""
-
-    def after(self, writes: frozenset[str], ended: str | None) -> None:
-        """Take notice of an event, which wrote these attributes and ended a request (by key), if
-        any, when all internal transitions after it were taken."""
-
-    def due(self) -> float | None:
-        """Return the seconds until :meth:`act` has something to do; None: it has not."""
-
-    def act(self) -> bool:
-        """Apply what is ready by the clock, and do the next that is due; whether there was any."""
-
-    def stand_still(self) -> None:
-        """Cancel running goals, whose end is still reported, refuse calls, and send the stop
-        command."""
-
-    def let_through(self) -> str | None:
-        """Let one command through, though all are held; return why not, if so."""
-
-    def snapshot(self) -> dict[str, Any]:
-        """Return what there is to tell of it, beside the state, for use in another thread."""
-
-
 class Unfit(NamedTuple):
     """Why an event cannot be applied, also as the end of its request, and the value that was
     read, if any."""
@@ -84,6 +47,7 @@ if TYPE_CHECKING:  # a package has them if its model does
     from ..served.served_calls import ServedCalls
     from ..served.waiting_call import WaitingCall
     from .ages import Ages
+    from .interfaces import NodeRole  # in none: it has no code
     from .persistence import Keeper
     from .timers import Timer
 
@@ -97,7 +61,7 @@ _CLOSING = 0.3
 
 _NOTHING: frozenset[str] = frozenset()
 
-R = TypeVar("R", bound=NodeRole)
+R = TypeVar("R", bound="NodeRole")
 Misfit = Callable[[BoundInput, Any, Any, Failure], bool]
 """Takes an event that cannot be applied, its message, the value that was read, and why; whether it
 has happened all the same."""

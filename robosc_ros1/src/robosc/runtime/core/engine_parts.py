@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from types import MethodType
 from typing import TYPE_CHECKING, Any, Callable, Tuple, Union
 
@@ -42,18 +41,6 @@ class BoundInput:
             None if entry.expects is None else MethodType(entry.expects, controller)
         )
         self.writes = frozenset(entry.writes)
-
-    def checked(self, check: Callable[[], None]) -> BoundInput:
-        """Return this input as it is for one message: what is checked before it is applied may
-        raise :class:`~.values.Mismatch`."""
-        result = copy(self)
-
-        def apply(value: Any) -> None:
-            check()
-            self.apply(value)
-
-        result.apply = apply
-        return result
 
 
 def _noted(controller: Controller) -> frozenset[str]:

@@ -11,8 +11,6 @@ from .places import told_with_stage
 from .shortening import shortened_text
 from .values import Undefined
 
-CORRECTION = "correction"
-"""The kind of the reason for which a supervisor would have passed on other data."""
 UNEXPLAINED = (
     "it could lead to a state from which a requirement is violated, a variable leaves its range"
     " or no marked state can be reached, whatever the controller does"

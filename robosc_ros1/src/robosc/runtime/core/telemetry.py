@@ -19,7 +19,7 @@ import threading
 import time
 from collections import deque
 from pathlib import Path
-from typing import IO, Any, Callable, Mapping, NamedTuple, Sequence
+from typing import IO, TYPE_CHECKING, Any, Callable, Mapping, NamedTuple, Sequence
 
 from .engine import HELD, INACTIVE, Engine
 from .model import Command, Controller
@@ -30,6 +30,9 @@ from .recorder import Entry
 from .settings import LEAST_PARAMETER, MOST_PARAMETER, parameter_name
 from .shortening import ROOM, Shortener, shortened_text
 from .values import jsonable, told_error
+
+if TYPE_CHECKING:
+    from .interfaces import Outlet
 
 try:
     import fcntl
@@ -181,46 +184,6 @@ _TROUBLE = (
 """The counters that diagnostics warn of where they have grown."""
 _ROOM = 16000
 """About the characters that the short forms of all variables take in a document."""
-
-
-class Outlet:
-    """The destination of documents, implemented by the node; only the reporter's thread calls
-    it.
-
-    ``name`` is the full name of the node."""
-
-    name = ""
-
-    def state(self, text: str) -> None:
-        raise NotImplementedError
-
-    def events(self, texts: list[str]) -> None:
-        raise NotImplementedError
-
-    def wants_events(self) -> bool:
-        """Whether events have a subscriber."""
-        return True
-
-    def wants_state(self) -> bool:
-        """Whether the state has a subscriber."""
-        return True
-
-    def diagnostics(self, level: int, message: str, values: list[tuple[str, str]]) -> None:
-        raise NotImplementedError
-
-    def faults(self) -> list[str]:
-        """Return the current faults outside the node, as texts."""
-        return []
-
-    def unconnected(self) -> list[str]:
-        """Return the topics without a publisher or subscriber at the other end, as texts."""
-        return []
-
-    def values(self, messages: list[ValueMessage]) -> None:
-        """Publish the state as messages of standard types, if that is enabled."""
-
-    def legacy(self, text: str) -> None:
-        """Publish the state in the format of the original tool, if that is enabled."""
 
 
 def dump(document: Any) -> str:

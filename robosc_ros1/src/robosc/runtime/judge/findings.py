@@ -10,10 +10,10 @@ from typing import Any, Callable, Iterable, Iterator, Literal, NamedTuple, Seque
 
 from ..core.engine_parts import EngineParts
 from ..core.model import Controller, Requirement
-from ..core.reasons import CORRECTION, reason_text, violation
+from ..core.reasons import reason_text, violation
 from ..core.shortening import Shortener
 from ..core.telemetry import dump
-from .judge import Reasons
+from .judge import CORRECTION, Reasons
 from .seen import Seen
 from .sight import BlindSpan
 

@@ -10,12 +10,14 @@ from ..core.calls import OwnEffects
 from ..core.engine_parts import EngineParts
 from ..core.model import Command
 from ..core.port import Port
-from ..core.reasons import CORRECTION, blocked_by, reason_text, violated
+from ..core.reasons import blocked_by, reason_text, violated
 from ..core.scheduler import ScheduledCommand
 from ..core.values import Mismatch, Undefined, not_finite
 from .fields import all_finite
 from .matching import CommandPattern, changed_fields
 
+CORRECTION = "correction"
+"""The kind of the reason for which a supervisor would have passed on other data."""
 Reasons = List[Dict[str, str]]
 Repack = Callable[[Any], Any]
 """Returns the payload for a corrected message."""
