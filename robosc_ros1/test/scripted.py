@@ -29,7 +29,7 @@ from robosc.language.events import Kind
 from robosc.model.entities import Communication, Robot
 from robosc.runtime.core.calls import Failure
 from robosc.runtime.core.commanding import controller_engine
-from robosc.runtime.core.port import Port
+from robosc.runtime.core.interfaces import Port
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.telemetry import dump, event_document
 from robosc.supervisor import Supervisor

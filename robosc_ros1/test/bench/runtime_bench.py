@@ -19,8 +19,8 @@ from ros_support import EXAMPLES
 from robosc import pipeline
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.engine import Engine
+from robosc.runtime.core.interfaces import Port
 from robosc.runtime.core.model import Command, Communication, Controller, Input
-from robosc.runtime.core.port import Port
 from robosc.runtime.core.settings import read
 from robosc.runtime.core.timers import After
 

@@ -20,8 +20,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from robosc.model.entities import Communication
 from robosc.runtime.core.calls import Failure
 from robosc.runtime.core.commanding import controller_engine
+from robosc.runtime.core.interfaces import Data, Port
 from robosc.runtime.core.model import Controller
-from robosc.runtime.core.port import Data, Port
 from robosc.runtime.core.settings import Settings
 from robosc.simulate.bags.recorded_messages import default_message, fill
 from robosc.simulate.machines.execute import read_settings

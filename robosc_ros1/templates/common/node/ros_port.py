@@ -7,7 +7,6 @@ import std_msgs.msg
 from std_msgs.msg import String
 
 from ._runtime.core.connections import UNSERVED
-from ._runtime.core.port import Port
 from ._runtime.core.telemetry import dump
 
 try:
@@ -31,7 +30,7 @@ class Caller:
     """Has the engine ask again whether a request that is open can be sent; set when connected."""
 
     def ready(self):
-        """Return whether the server can take a request now, see :meth:`.port.Port.ready`."""
+        """Return whether the server can take a request now, see :meth:`.interfaces.Port.ready`."""
         return self.is_served()
 
     def is_served(self):
@@ -39,7 +38,7 @@ class Caller:
         raise NotImplementedError
 
     def connects(self):
-        """Return whether it is connecting to a server, see :meth:`.port.Port.connects`."""
+        """Return whether it is connecting to a server, see :meth:`.interfaces.Port.connects`."""
         return False
 
     def faults(self):
@@ -52,7 +51,7 @@ class Caller:
         return found
 
 
-class CallingPort(Port):
+class CallingPort:
     """A port whose services and actions are objects that report to the engine, by key."""
 
     def __init__(self, tables, *place, former=()):

@@ -15,10 +15,12 @@ it: nothing that was decided earlier leaves the node.
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import Any, Callable, Iterator, Mapping, NamedTuple
+from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping, NamedTuple
 
-from .port import Port
 from .settings import Settings
+
+if TYPE_CHECKING:
+    from .interfaces import Port
 
 Report = Callable[[str, int, str, Any], None]
 """Takes the key and the token of a request, what became of it, and what came with that."""

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, Callable
 from .engine import Engine
 from .engine_parts import BoundInput, Inputs
 from .model import Controller
-from .port import Port, steady_time
+from .port import steady_time
 from .sending import Sending
 from .settings import Settings
 
 if TYPE_CHECKING:
+    from .interfaces import Port
     from .timers import Timer
 
 

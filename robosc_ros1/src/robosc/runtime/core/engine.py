@@ -28,7 +28,7 @@ from .intake import Intake
 from .model import Controller
 from .pauses import Pauses
 from .places import path_of
-from .port import Port, steady_time
+from .port import steady_time
 from .requests import Requests
 from .settings import Settings
 from .values import UNREADABLE, BrokenAssumption, Mismatch, told_error
@@ -47,7 +47,7 @@ if TYPE_CHECKING:  # a package has them if its model does
     from ..served.served_calls import ServedCalls
     from ..served.waiting_call import WaitingCall
     from .ages import Ages
-    from .interfaces import NodeRole  # in none: it has no code
+    from .interfaces import NodeRole, Port  # in none: they have no code
     from .persistence import Keeper
     from .timers import Timer
 

@@ -11,12 +11,12 @@ from .clocks import Clocks
 from .gate import Gate
 from .inbox import EngineQueue, Inbox
 from .model import ONCE, SERVED, Controller, Input
-from .port import Port
 from .recorder import EventRecorder, Throttle
 from .scheduler import CommandScheduler
 from .settings import Settings
 
 if TYPE_CHECKING:  # a package has it if its model has internal transitions
+    from .interfaces import Port
     from .internal_transitions import InternalTransitions
 
 _ENDS = ("response", "error", "cancelled")

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, AbstractSet, Any, Callable
 
-from .port import NotTaken, Port
+from .port import NotTaken
 from .values import Undefined, not_finite, told_error
 
 if TYPE_CHECKING:  # a package has it if its model serves calls
     from ..served.waiting_call import WaitingCall
+    from .interfaces import Port
 
 
 def lack(error: Exception) -> str:

@@ -9,7 +9,6 @@ from typing import Any, Callable, Dict, List, NamedTuple, Sequence
 from ..core.calls import OwnEffects
 from ..core.engine_parts import EngineParts
 from ..core.model import Command
-from ..core.port import Port
 from ..core.reasons import blocked_by, reason_text, violated
 from ..core.scheduler import ScheduledCommand
 from ..core.values import Mismatch, Undefined, not_finite
@@ -101,7 +100,7 @@ UNFIT = (Mismatch, TypeError, ValueError, OverflowError, struct.error)
 NOTHING_TO_CORRECT_BY = "what its correction reads is not there"
 
 
-class JudgingPort(Port):
+class JudgingPort:
     """A port that can tell what becomes of another controller's message."""
 
     def corrected(self, message: Any, data: dict[str, Any]) -> Any:

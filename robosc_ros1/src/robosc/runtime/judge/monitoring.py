@@ -37,12 +37,13 @@ from .findings import FindingReports, Invariants
 from .gathering import GATHERING, ArrivalTime, Gathering, Lateness
 from .judge import UNFIT, Judge, Offered, Reasons, itself, told
 from .matching import CommandPattern, matching_pattern
-from .seen import Allowances, MonitorPort, Pending, Seen, SeenGoals
+from .seen import Allowances, Pending, Seen, SeenGoals
 from .shadowing import Shadow
 from .sight import Sight, Visibility
 
 if TYPE_CHECKING:
     from ..core.timers import Timer
+    from .interfaces import MonitorPort
 
 
 class Monitoring:

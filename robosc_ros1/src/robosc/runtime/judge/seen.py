@@ -13,14 +13,7 @@ from ..core.engine_parts import BoundInput, EngineParts
 from ..core.model import Controller
 from ..core.reasons import violated
 from ..core.scheduler import ScheduledCommand
-from .judge import JudgingPort, Reasons
-
-
-class MonitorPort(JudgingPort):
-    """A port that sends nothing to the robot."""
-
-    def found(self, text: str) -> None:
-        """Publish the document of a finding on ``~findings``."""
+from .judge import Reasons
 
 
 class Seen(NamedTuple):

@@ -39,7 +39,6 @@ from .judge import (
     CheckedCommand,
     InEffect,
     Judge,
-    JudgingPort,
     Offered,
     Reasons,
     Relayed,
@@ -53,19 +52,7 @@ from .sight import Sight
 if TYPE_CHECKING:  # a package has them if its model does
     from ..core.timers import Timer
     from ..served.relayed_calls import RelayedCalls
-
-
-class SupervisorPort(JudgingPort):
-    """A port on which ``data`` are the payloads from the other controller, passed on unchanged."""
-
-    def blocked(self, text: str) -> None:
-        """Publish a document about a blocked command on ``~blocked``."""
-        raise NotImplementedError
-
-    def composed(self, key: str, data: dict[str, Any] | None) -> Any:
-        """Return the message with the given fields that :meth:`send` would send, as it will
-        arrive."""
-        raise NotImplementedError
+    from .interfaces import SupervisorPort
 
 
 class Supervising:

@@ -22,7 +22,7 @@ from robosc.model import entities
 from robosc.plant import acceptance, event_values
 from robosc.plant.automaton import Event, Plant
 from robosc.plant.step import valuations
-from robosc.runtime.core import calls, model, port, recorder, telemetry
+from robosc.runtime.core import calls, interfaces, model, recorder, telemetry
 from robosc.runtime.core import model as runtime
 from robosc.runtime.core.commanding import controller_engine
 from robosc.runtime.core.engine import Engine
@@ -44,13 +44,13 @@ from robosc.supervisor import Supervisor
 _ROUNDING = 1e-9
 """Seconds by which the sum of many periods may miss the end of a wait and still be in it."""
 
-Check: TypeAlias = Callable[[str, str, port.Data], None]
+Check: TypeAlias = Callable[[str, str, interfaces.Data], None]
 """Raises what sending a command, by key and kind, with these data would."""
 
 _Step: TypeAlias = tuple[Event, Given] | float
 
 
-class Clockwork(port.Port):
+class Clockwork(interfaces.Port):
     """The clock, and the requests that are open; ``check`` raises what sending them would."""
 
     def __init__(self, check: Check = lambda *command: None) -> None:
@@ -64,16 +64,16 @@ class Clockwork(port.Port):
     def now(self) -> float:
         return self.time
 
-    def check(self, key: str, kind: str, data: port.Data) -> None:
+    def check(self, key: str, kind: str, data: interfaces.Data) -> None:
         self._check(key, kind, data)
 
-    def send(self, key: str, data: port.Data) -> None:
+    def send(self, key: str, data: interfaces.Data) -> None:
         self.check(key, "request", data)  # the recorder has it already
 
-    def call(self, key: str, data: port.Data, token: int) -> None:
+    def call(self, key: str, data: interfaces.Data, token: int) -> None:
         self.open[key] = token
 
-    def start(self, key: str, data: port.Data, token: int) -> None:
+    def start(self, key: str, data: interfaces.Data, token: int) -> None:
         """Only the latest goal of an action can be typed to end: one that is replaced ends now."""
         replaced = self.open.get(key)
         self.open[key] = token

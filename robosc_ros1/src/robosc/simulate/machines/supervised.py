@@ -20,11 +20,12 @@ from robosc.language.events import EventKind, Kind
 from robosc.model.entities import Robot
 from robosc.plant.automaton import Event
 from robosc.plant.event_values import value_parts
-from robosc.runtime.core import calls, port, reasons, recorder, values
+from robosc.runtime.core import calls, interfaces, reasons, recorder, values
 from robosc.runtime.core.engine import Engine
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.judge import matching
-from robosc.runtime.judge.supervising import Supervising, SupervisorPort, supervisor_engine
+from robosc.runtime.judge.interfaces import SupervisorPort
+from robosc.runtime.judge.supervising import Supervising, supervisor_engine
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import execute, machine
 from robosc.simulate.values import event_data, literals, typed_values
@@ -49,14 +50,14 @@ class _Port(execute.Clockwork, SupervisorPort):
         self.sent: dict[str, list[Any]] = {}
         """What was passed on and is not told yet, by key: also what nothing reads."""
 
-    def send(self, key: str, data: port.Data) -> None:
+    def send(self, key: str, data: interfaces.Data) -> None:
         self.sent.setdefault(key, []).append(data)
 
-    def call(self, key: str, data: port.Data, token: int) -> None:
+    def call(self, key: str, data: interfaces.Data, token: int) -> None:
         self.sent.setdefault(key, []).append(data)
         super().call(key, data, token)
 
-    def start(self, key: str, data: port.Data, token: int) -> None:
+    def start(self, key: str, data: interfaces.Data, token: int) -> None:
         self.sent.setdefault(key, []).append(data)
         super().start(key, data, token)
 
