@@ -47,9 +47,12 @@ if TYPE_CHECKING:  # a package has them if its model does
     from ..served.served_calls import ServedCalls
     from ..served.waiting_call import WaitingCall
     from .ages import Ages
-    from .interfaces import NodeRole, Port  # in none: they have no code
+    from .interfaces import Port  # in none: it has no code
     from .persistence import Keeper
+    from .roles import R  # as is this
     from .timers import Timer
+else:
+    R = TypeVar("R")
 
 INACTIVE = "not active"
 HELD = "held by the operator"
@@ -61,7 +64,6 @@ _CLOSING = 0.3
 
 _NOTHING: frozenset[str] = frozenset()
 
-R = TypeVar("R", bound="NodeRole")
 Misfit = Callable[[BoundInput, Any, Any, Failure], bool]
 """Takes an event that cannot be applied, its message, the value that was read, and why; whether it
 has happened all the same."""

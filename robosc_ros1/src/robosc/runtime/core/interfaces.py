@@ -1,15 +1,9 @@
 # Read by who writes robosc, and by what checks types: no package needs it.
-"""What an engine and its reporter ask of others: of the middleware, of the role of a node, and of
-what publishes documents."""
+"""What an engine asks of the middleware, and its reporter of what publishes documents."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable, Dict, Mapping, Optional, Protocol
-
-if TYPE_CHECKING:
-    from .engine_parts import BoundInput, Inputs
-    from .telemetry import ValueMessage
-    from .timers import Timer
+from typing import Any, Callable, Dict, Mapping, Optional, Sequence, Tuple
 
 Data = Optional[Dict[str, Any]]
 """The fields to set, nested; all others keep their defaults. None: no fields to set."""
@@ -124,43 +118,6 @@ class Port:
         """End the process soon, without waiting for the engine, which calls this."""
 
 
-class NodeRole(Protocol):
-    """The role of an engine, which calls it in the thread that has the turn."""
-
-    @property
-    def sends(self) -> bool:
-        """Whether it sends commands, which an operator may hold."""
-
-    def begin(self) -> None:
-        """Begin in the present state: at the start, and after each :meth:`stand_still`."""
-
-    def observed(self, entries: Inputs, message: Any) -> list[BoundInput]:
-        """Apply the events that a message is; return those that were applied."""
-
-    def delayed(self, timer: Timer) -> None:
-        """Take a transition whose delay is over."""
-
-    def after(self, writes: frozenset[str], ended: str | None) -> None:
-        """Take notice of an event, which wrote these attributes and ended a request (by key), if
-        any, when all internal transitions after it were taken."""
-
-    def due(self) -> float | None:
-        """Return the seconds until :meth:`act` has something to do; None: it has not."""
-
-    def act(self) -> bool:
-        """Apply what is ready by the clock, and do the next that is due; whether there was any."""
-
-    def stand_still(self) -> None:
-        """Cancel running goals, whose end is still reported, refuse calls, and send the stop
-        command."""
-
-    def let_through(self) -> str | None:
-        """Let one command through, though all are held; return why not, if so."""
-
-    def snapshot(self) -> dict[str, Any]:
-        """Return what there is to tell of it, beside the state, for use in another thread."""
-
-
 class Outlet:
     """The destination of documents, implemented by the node; only the reporter's thread calls
     it.
@@ -194,7 +151,7 @@ class Outlet:
         """Return the topics without a publisher or subscriber at the other end, as texts."""
         return []
 
-    def values(self, messages: list[ValueMessage]) -> None:
+    def values(self, messages: Sequence[Tuple[str, str, Any]]) -> None:
         """Publish the state as messages of standard types, if that is enabled."""
 
     def legacy(self, text: str) -> None:
