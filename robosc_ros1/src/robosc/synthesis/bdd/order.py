@@ -40,8 +40,8 @@ def _by_component(plant: Plant, order: Sequence[LeafSource]) -> Sequence[LeafSou
     """Return an order of components, by the mean place of their variables, in which each has its
     own in the given order."""
     robot = plant.robot
-    owned = (*robot.variables.values(), *robot.communications.values())
-    owners = {one.key: one.component for one in owned}
+    owners = {variable.key: variable.component for variable in robot.variables.values()}
+    owners |= {one.key: one.component for one in robot.communications.values()}
 
     def component(item: LeafSource) -> object:
         if not isinstance(item, int):
