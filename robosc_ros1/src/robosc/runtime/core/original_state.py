@@ -70,7 +70,7 @@ class OriginalState:
             t
             for t in transitions
             if t["from"] is None
-            and (t["event"] not in events or t["to"] is None and t["event"]["kind"] != "request")
+            and not (t["event"] in events and (t["to"] or t["event"]["kind"] == "request"))
         ]
         taken = [self._transition(t["event"], t["to"]) for t in own]
         return {"name": state["name"], "initial": state["initial"], "transitions": taken}
