@@ -10,7 +10,7 @@ import pytest
 from emit.golden_packages import PACKAGES, package_of
 
 from robosc.runtime.core import interfaces as core
-from robosc.runtime.judge import interfaces as judge
+from robosc.runtime.judge import ports as judge
 
 PORTS = {"controller": core.Port, "monitor": judge.MonitorPort, "supervisor": judge.SupervisorPort}
 

@@ -13,7 +13,7 @@ from robosc.runtime.core.internal_transitions import Tau
 from robosc.runtime.core.model import Command, Communication, Controller, Input, Requirement
 from robosc.runtime.core.operations import in_range
 from robosc.runtime.core.values import Mismatch
-from robosc.runtime.judge.interfaces import SupervisorPort
+from robosc.runtime.judge.ports import SupervisorPort
 
 SENSOR, GO, HALT, LAMP, ARM = "Sensor.range", "Motor.go", "Motor.halt", "Lamp.light", "Arm.reach"
 ARM_FLAGS = ("arm_busy", "arm_cancelling")

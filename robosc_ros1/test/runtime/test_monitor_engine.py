@@ -15,10 +15,10 @@ from runtime.schemas import validate
 
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.judge.gathering import ArrivalTime
-from robosc.runtime.judge.interfaces import MonitorPort
 from robosc.runtime.judge.matching import CommandPattern
 from robosc.runtime.judge.monitoring import monitor_engine
 from robosc.runtime.judge.observation import SeenAction, SeenActionOfRos2
+from robosc.runtime.judge.ports import MonitorPort
 
 TOLERANCE = Settings().tolerance
 DRIVE = (CommandPattern(HALT, lambda message: message == 0), CommandPattern(GO))

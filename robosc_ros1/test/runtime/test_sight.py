@@ -15,9 +15,9 @@ from robosc.runtime.core.interfaces import Outlet
 from robosc.runtime.core.port import BEFORE_TIME
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.telemetry import ERROR, Reporter
-from robosc.runtime.judge.interfaces import MonitorPort
 from robosc.runtime.judge.matching import CommandPattern
 from robosc.runtime.judge.monitoring import monitor_engine
+from robosc.runtime.judge.ports import MonitorPort
 from robosc.runtime.judge.sight import NOTABLE, deciding_inputs
 from robosc.runtime.judge.supervising import supervisor_engine
 

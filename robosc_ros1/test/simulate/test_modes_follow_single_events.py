@@ -23,8 +23,8 @@ from robosc.plant.acceptance import phase_of
 from robosc.plant.automaton import Event, Plant
 from robosc.runtime.core.calls import FAILED, Failure
 from robosc.runtime.core.settings import Settings
-from robosc.runtime.judge.interfaces import MonitorPort
 from robosc.runtime.judge.monitoring import monitor_engine
+from robosc.runtime.judge.ports import MonitorPort
 from robosc.simulate.machines.event_by_event import SingleEvents
 from robosc.simulate.machines.execute import Execution, read_given
 from robosc.simulate.machines.machine import Happening, event_of_document, label

@@ -43,7 +43,7 @@ from .sight import Sight, Visibility
 
 if TYPE_CHECKING:
     from ..core.timers import Timer
-    from .interfaces import MonitorPort
+    from .ports import MonitorPort
 
 
 class Monitoring:

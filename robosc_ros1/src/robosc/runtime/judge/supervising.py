@@ -52,7 +52,7 @@ from .sight import Sight
 if TYPE_CHECKING:  # a package has them if its model does
     from ..core.timers import Timer
     from ..served.relayed_calls import RelayedCalls
-    from .interfaces import SupervisorPort
+    from .ports import SupervisorPort
 
 
 class Supervising:

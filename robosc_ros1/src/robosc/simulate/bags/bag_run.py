@@ -28,7 +28,7 @@ from robosc.runtime.core.recorder import Entry
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.core.values import UNREADABLE, Mismatch
 from robosc.runtime.judge import gathering, matching, monitoring, observation, sight
-from robosc.runtime.judge.interfaces import MonitorPort
+from robosc.runtime.judge.ports import MonitorPort
 from robosc.simulate import faults, start
 from robosc.simulate.bags.bag_files import Bag
 from robosc.simulate.bags.recorded_names import RecordedNames, recorded_names

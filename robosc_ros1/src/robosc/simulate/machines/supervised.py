@@ -24,7 +24,7 @@ from robosc.runtime.core import calls, interfaces, reasons, recorder, values
 from robosc.runtime.core.engine import Engine
 from robosc.runtime.core.settings import Settings
 from robosc.runtime.judge import matching
-from robosc.runtime.judge.interfaces import SupervisorPort
+from robosc.runtime.judge.ports import SupervisorPort
 from robosc.runtime.judge.supervising import Supervising, supervisor_engine
 from robosc.simulate.faults import InvalidLine, Refused
 from robosc.simulate.machines import execute, machine
