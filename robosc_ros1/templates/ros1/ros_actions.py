@@ -261,10 +261,7 @@ class GoalCaller(GoalTable):
             is_own = message.status.goal_id.id in self._goals
         if is_own:
             links = self._feedback.impl.connections
-            sockets = [link.socket for link in links if link.socket]
-            end = time.monotonic() + FOLLOWING
-            while any(BACKLOG.unfinished(sockets)) and time.monotonic() < end:
-                time.sleep(0.001)
+            BACKLOG.await_rest([link.socket for link in links if link.socket], FOLLOWING)
         with self._lock:
             goal = self._goals.get(message.status.goal_id.id)
             if goal is not None:

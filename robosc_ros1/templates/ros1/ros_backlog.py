@@ -58,17 +58,24 @@ class Backlog:
     def await_taken(self, done):
         """Have ``done`` called once all that waits now was handed over, which may be so already."""
         with self._lock:
-            left = dict(self.unfinished(list(self._open)))
+            left = dict(self._unfinished(list(self._open)))
             self._left, self._done = left, done
             # A thread that began to receive before this was known does not report it.
-            unfinished = {sock for sock, _ in self.unfinished(list(left))}
+            unfinished = {sock for sock, _ in self._unfinished(list(left))}
             for sock in left.keys() - unfinished:
                 del left[sock]
             is_over = not left
         if is_over:
             done()
 
-    def unfinished(self, sockets):
+    def await_rest(self, sockets, timeout):
+        """Wait, in a thread that reads none of them, until these sockets are empty and what came
+        was handed over, for at most ``timeout`` seconds."""
+        end = time.monotonic() + timeout
+        while any(self._unfinished(sockets)) and time.monotonic() < end:
+            time.sleep(0.001)
+
+    def _unfinished(self, sockets):
         """Yield the sockets whose bytes were not all handed over, with the bytes that wait."""
         for sock in sockets:
             connection = self._open.get(sock)
