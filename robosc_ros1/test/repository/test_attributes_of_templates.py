@@ -1,4 +1,5 @@
-"""No attribute of a class in generated packages has the name of one of its methods.
+"""No attribute of a class in generated packages has the name of one of its methods, and what an
+engine calls has all that it calls: no package carries the interfaces.
 
 Nobody checks the types of templates. ``self.x = …`` in a class that inherits a method ``x``, from
 whatever file, hides the method: its callers call the value.
@@ -14,6 +15,9 @@ from pathlib import Path
 
 import pytest
 from ros_support import SOURCES
+
+from robosc.runtime.core import interfaces
+from robosc.runtime.judge import ports
 
 TEMPLATES = SOURCES.parent / "templates"
 RUNTIME = SOURCES / "robosc" / "runtime"
@@ -104,6 +108,25 @@ def places(target: str) -> list[Place]:
 @pytest.mark.parametrize("target", TARGETS)
 def test_no_attribute_hides_a_method(target):
     assert {place: names for place in places(target) if (names := hidden(place))} == {}
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize(
+    ("file", "name", "interface"),
+    [
+        ("ros.py", "RosPort", interfaces.Port),
+        ("monitor.py", "MonitorPort", ports.MonitorPort),
+        ("relay.py", "RelayPort", ports.SupervisorPort),
+        ("ros.py", "RosOutlet", interfaces.Outlet),
+    ],
+)
+def test_nodes_have_all_that_their_engines_call(
+    target: str, file: str, name: str, interface: type
+) -> None:
+    family = list(with_bases(Place(target, TEMPLATES / target / file, name)))
+    found = set().union(*map(methods, family), *map(attributes, family))
+    called = {each for each in dir(interface) if not each.startswith("_")}
+    assert called <= found, called - found
 
 
 @pytest.mark.parametrize("target", TARGETS)
