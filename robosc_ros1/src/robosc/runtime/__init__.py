@@ -3,5 +3,5 @@
 
 This package is copied verbatim into every generated package. It imports neither robosc nor any
 middleware, needs only Python 3.8, and is the same for ROS 1 and ROS 2: the node provides a
-:class:`~.core.interfaces.Port` to the middleware, and ``controller.py`` the model.
+port to the middleware, and ``controller.py`` the model.
 """

@@ -30,7 +30,8 @@ class Caller:
     """Has the engine ask again whether a request that is open can be sent; set when connected."""
 
     def ready(self):
-        """Return whether the server can take a request now, see :meth:`.interfaces.Port.ready`."""
+        """Return whether the server can take a request now, at once; one that has to connect first
+        begins to, and is asked again while a request waits."""
         return self.is_served()
 
     def is_served(self):
@@ -38,7 +39,7 @@ class Caller:
         raise NotImplementedError
 
     def connects(self):
-        """Return whether it is connecting to a server, see :meth:`.interfaces.Port.connects`."""
+        """Return whether a connection is being made, or has been made for a request that waits."""
         return False
 
     def faults(self):

@@ -47,9 +47,9 @@ if TYPE_CHECKING:  # a package has them if its model does
     from ..served.served_calls import ServedCalls
     from ..served.waiting_call import WaitingCall
     from .ages import Ages
-    from .interfaces import Port  # in none: it has no code
+    from .interfaces import Port  # this is in none, as it has no code
     from .persistence import Keeper
-    from .roles import R  # as is this
+    from .roles import R  # nor is this
     from .timers import Timer
 else:
     R = TypeVar("R")

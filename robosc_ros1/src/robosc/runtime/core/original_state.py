@@ -27,7 +27,7 @@ class OriginalState:
         self._sorts = {c["name"]: c["kind"].split()[-1] for c in model["communications"]}
         components = [self._component(c, model) for c in model["components"]]
         self._definition = {"name": model["robot"], "components": components}
-        self._behaviours = [c for c in components if "behaviour" in c]
+        self._behaviours = {c["name"]: c["behaviour"] for c in components if "behaviour" in c}
         self._taken: list[str] = []
 
     def take(self, events: Sequence[Mapping[str, Any]]) -> None:
@@ -37,7 +37,7 @@ class OriginalState:
     def document(self, state: Mapping[str, Any]) -> dict[str, Any]:
         taken, self._taken = self._taken, []
         current = {}
-        for name, behaviour in ((c["name"], c["behaviour"]) for c in self._behaviours):
+        for name, behaviour in self._behaviours.items():
             values = {v: state["variables"]["%s.%s" % (name, v)] for v in behaviour["variables"]}
             texts = {v: _text(value) for v, value in values.items()}
             current[name] = {"state": state["components"][name], "variables": texts}
@@ -50,10 +50,10 @@ class OriginalState:
         return "component_%s%sc_%s%d" % (name, joint, kind, event["index"])
 
     def _component(self, component: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]:
-        told: dict[str, Any] = {"name": component["name"]}
-        told.update({"messages": [], "services": [], "actions": []})
+        name = component["name"]
+        told: dict[str, Any] = {"name": name, "messages": [], "services": [], "actions": []}
         for communication in model["communications"]:
-            if communication["component"] == component["name"]:
+            if communication["component"] == name:
                 told[self._sorts[communication["name"]] + "s"].append(communication["name"])
         if component["states"]:
             told["behaviour"] = {
@@ -76,9 +76,12 @@ class OriginalState:
         return {"name": state["name"], "initial": state["initial"], "transitions": taken}
 
     def _transition(self, event: Mapping[str, Any], target: str | None) -> dict[str, str | None]:
-        communication = event["name"] if event["kind"] in _EVENTS else None
-        told = {"next": target, "id": self._name(event, "_") + "_", "type": event["kind"]}
-        return {**told, "communication": communication}
+        return {
+            "next": target,
+            "id": self._name(event, "_") + "_",
+            "type": event["kind"],
+            "communication": event["name"] if event["kind"] in _EVENTS else None,
+        }
 
 
 def _text(value: Any) -> str:

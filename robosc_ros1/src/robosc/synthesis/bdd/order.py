@@ -24,8 +24,8 @@ _LARGEST_CLIQUE = 12
 def ordered(plant: Plant, together: bool = False) -> Sequence[LeafSource]:
     """Return the state variables of a plant and the parameters of its events in a good order.
 
-    ``together``: those of a component are not torn apart by those of others that it shares
-    requirements with, in which what the plant reaches without them would have far more nodes.
+    ``together``: the variables of a component stand side by side. Others that only requirements
+    relate to them do not come between them, where what the plant reaches has far more nodes.
     """
     parameters = [
         (e, p) for e, event in enumerate(plant.events) for p in range(len(event.parameters))
